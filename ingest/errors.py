@@ -1,0 +1,93 @@
+"""Every error that a user may meet, in one tree; each is built from facts and says how to cure it.
+
+::
+
+    SeatrialError
+    ├── UsageError            exit status 2: the command line or campaign.toml is wrong
+    │   ├── CampaignError         a key or a value in campaign.toml
+    │   ├── MissingLog            a file that is not there
+    │   └── MissingSignal         a named signal that is not in the log
+    └── DataError             exit status 1: the data cannot give an answer
+        ├── UnreadableLog         no usable record in the file
+        ├── MissingQuantity       no position, or no heading
+        └── NotIdentifiable       nothing can be identified from these trials
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+def nearest(name: str, known: Iterable[str], most: int = 3) -> list[str]:
+    """The known names that are closest to ``name``, best first, letter case ignored."""
+    by_lower = {k.lower(): k for k in known}
+    return [by_lower[m] for m in difflib.get_close_matches(name.lower(), by_lower, n=most, cutoff=0.5)]
+
+
+class SeatrialError(Exception):
+    """Base of all errors that are reported to the user without a traceback."""
+
+    exit_status = 1
+
+
+class UsageError(SeatrialError):
+    """The command line or the campaign file is wrong."""
+
+    exit_status = 2
+
+
+class CampaignError(UsageError):
+    """A key or a value in ``campaign.toml`` is wrong."""
+
+    def __init__(self, path: Path, key: str, expected: str, found: str, nearest_key: str | None = None):
+        self.path, self.key, self.expected, self.found, self.nearest_key = path, key, expected, found, nearest_key
+        hint = f" Did you mean '{nearest_key}'?" if nearest_key else ""
+        super().__init__(f"{path}: {key}: expected {expected}, found {found}.{hint}")
+
+
+class MissingLog(UsageError):
+    """A log file that the campaign names is not there."""
+
+    def __init__(self, path: Path, named_in: str, near: list[str]):
+        self.path, self.near = path, near
+        hint = f" Nearest there: {', '.join(near)}." if near else ""
+        super().__init__(f"{named_in}: the log {path} is not there.{hint}")
+
+
+class MissingSignal(UsageError):
+    """A signal that the campaign names is not in the log."""
+
+    def __init__(self, path: Path, key: str, signal: str, known: Iterable[str], reason: str = ""):
+        self.path, self.key, self.signal = path, key, signal
+        names = list(known)
+        near = nearest(signal, names) or names[:5]
+        hint = f" Nearest there: {', '.join(near)}." if near else ""
+        super().__init__(f"{path}: {key} names the signal '{signal}', which is not in the log{reason}.{hint}")
+
+
+class DataError(SeatrialError):
+    """The data cannot give an answer."""
+
+    exit_status = 1
+
+
+class UnreadableLog(DataError):
+    """No usable record in a file."""
+
+    def __init__(self, path: Path, tried: Iterable[str], looks_like: str):
+        self.path, self.tried, self.looks_like = path, tuple(tried), looks_like
+        super().__init__(f"{path}: no usable record; tried {', '.join(self.tried)}; the file looks like {looks_like}.")
+
+
+class MissingQuantity(DataError):
+    """A log has no position or no heading."""
+
+    def __init__(self, path: Path, quantity: str, consequence: str, cure: str):
+        self.path, self.quantity = path, quantity
+        super().__init__(f"{path}: no {quantity} in this log; {consequence}. {cure}")
+
+
+class NotIdentifiable(DataError):
+    """The trials cannot identify the model that was asked for."""
