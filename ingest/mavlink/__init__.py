@@ -1,0 +1,1 @@
+"""MAVLink and its relatives: tlog, ArduPilot DataFlash (binary and text), PX4 ULog."""
