@@ -1,0 +1,190 @@
+"""The reader of delimited text: CSV, TSV, blank-separated ``.dat``, exports of IMU software."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import pandas as pd
+
+from ingest.clock import continue_clock
+from ingest.log import Finding, Source
+from ingest.reader import Decoded, Reader, ReadOptions
+from ingest.tabular.dialect import HEAD, Dialect, detect, encoding_of
+from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs
+from ingest.tabular.naming import sources_of, split_unit
+from ingest.tabular.timeline import Clock, clock_of
+
+TOPIC = ""
+
+
+def sniff(head: bytes) -> float:
+    """How sure the bytes are delimited text: never above one half, other text formats are surer of theirs."""
+    if not head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        control = sum(head.count(c) for c in (b"\x00", b"\x01", b"\x02", b"\x03", b"\x04", b"\x06"))
+        if control > len(head) // 1000:
+            return 0.0
+    try:
+        dialect = detect(as_plain_text(memoryview(head), encoding_of(head)).tobytes())
+    except (ValueError, LookupError):
+        return 0.0
+    return 0.5 * dialect.likeness if dialect.likeness > 0.5 else 0.0
+
+
+def as_plain_text(data: memoryview, encoding: str) -> memoryview:
+    """The text with one byte per line end and ASCII digits: UTF-16 recoded, old line ends replaced."""
+    if encoding.lower().replace("_", "-").startswith("utf-16"):
+        data = memoryview(data.tobytes()[: len(data) & ~1].decode(encoding, "replace").encode("utf-8"))
+    head = bytes(data[:HEAD])
+    if b"\n" not in head and b"\r" in head:
+        return memoryview(data.tobytes().replace(b"\r", b"\n"))
+    return data
+
+
+def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
+    """Read delimited text into one table of the topic ``""``.
+
+    Raises
+    ------
+    ValueError
+        Where no line looks like a row of numbers, or no column looks like time.
+    """
+    given = dict(options.dialect)
+    encoding = str(given.get("encoding") or encoding_of(bytes(data[:HEAD])))
+    text = as_plain_text(data, encoding)
+    if text is not data:
+        given["encoding"] = "utf-8"
+    dialect = detect(bytes(text[:HEAD]), given)
+    array = np.frombuffer(text, np.uint8)
+    lines = count_fields(array, dialect.delimiter, dialect.body)
+    whole = _whole_lines(lines, len(dialect.columns))
+    findings = _bad_lines(lines, whole, array)
+    spans = [(int(lines.start[a]), int(lines.end[b - 1])) for a, b in runs(whole | (lines.fields == 0))]
+    frame = _parse(text, spans, dialect)
+    table, cells = _numbers(frame)
+    decoded = timed(table, {str(k): v for k, v in dialect.units.items()})
+    bad = sum(f.length or 0 for f in findings)
+    findings += cells
+    return Decoded(
+        tables=decoded.tables,
+        units=decoded.units,
+        utc_of_index_zero_ns=decoded.utc_of_index_zero_ns,
+        findings=(*findings, *decoded.findings),
+        messages=len(decoded.tables[TOPIC]),
+        bytes_damaged=bad,
+        sources=decoded.sources,
+    )
+
+
+def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Decoded:
+    """A table with its time column found, as what a reader gives.
+
+    Raises
+    ------
+    ValueError
+        Where no column looks like time.
+    """
+    clock = clock_of(table)
+    if clock is None or not clock.good.any():
+        raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
+    findings = _timeless(clock)
+    table = table[clock.good]
+    ns, clock_findings = continue_clock(clock.ns[clock.good])
+    table.index = pd.Index(ns, name="t_ns")
+    stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
+    sources = tuple(sources_of(table.drop(columns=[clock.column], errors="ignore"), units, topic))
+    return Decoded(
+        tables={topic: table},
+        units={(topic, c): u for c, u in stated.items() if u},
+        utc_of_index_zero_ns=0 if clock.utc else None,
+        findings=(*findings, *clock_findings, *_guessed(sources)),
+        messages=len(table),
+        sources=sources,
+    )
+
+
+def _timeless(clock: Clock) -> list[Finding]:
+    missing = int((~clock.good).sum())
+    return (
+        [Finding("damaged", f"{missing} rows without a time in '{clock.column}'", count=missing)]
+        if missing
+        else []
+    )
+
+
+def _guessed(sources: tuple[Source, ...]) -> list[Finding]:
+    return [
+        Finding("note", f"'{s.name}' states no unit; taken as {s.unit} from its values", topic=s.topic)
+        for s in sources
+        if s.options.get("unit_guessed")
+    ]
+
+
+def _whole_lines(lines: Lines, width: int) -> np.ndarray:
+    whole = lines.fields == width
+    if not whole.any():
+        raise ValueError(f"no line has {width} fields")
+    return cast("np.ndarray", whole)
+
+
+def _bad_lines(lines: Lines, whole: np.ndarray, array: np.ndarray) -> list[Finding]:
+    findings = []
+    for a, b in runs(~whole & (lines.fields > 0)):
+        start, end = int(lines.start[a]), int(lines.end[b - 1])
+        cut = end == len(array) and b - a == 1 and array[-1] != NEWLINE
+        kind, text = (
+            ("truncated", "the last line is cut off") if cut else ("damaged", _says(lines, whole, a, b))
+        )
+        findings.append(Finding(kind, text, offset=start, length=end - start, topic=TOPIC, count=b - a))
+    return findings
+
+
+def _says(lines: Lines, whole: np.ndarray, a: int, b: int) -> str:
+    width = int(lines.fields[np.argmax(whole)])
+    found = "/".join(str(n) for n in sorted(set(lines.fields[a:b].tolist()))[:4])
+    return f"{b - a} lines with {found} fields instead of {width}"
+
+
+def _parse(text: memoryview, spans: list[tuple[int, int]], dialect: Dialect) -> pd.DataFrame:
+    blank = dialect.delimiter == " "
+    return pd.read_csv(
+        io.BufferedReader(Spans(text, spans), 1 << 20),
+        header=None,
+        names=list(dialect.columns),
+        index_col=False,
+        sep=r"\s+" if blank else dialect.delimiter,
+        skipinitialspace=True,
+        decimal=dialect.decimal,
+        encoding=dialect.encoding,
+        encoding_errors="replace",
+        na_values=["-", "--", "*", "?", "NAN", "none", "None"],
+        low_memory=False,
+    )
+
+
+def _numbers(frame: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
+    """Columns of text that are mostly numbers become numbers; the cells that are not are findings."""
+    columns, findings = {}, []
+    for name in frame.columns:
+        column = frame[name]
+        if not pd.api.types.is_numeric_dtype(column):
+            column, bad = _as_numbers(column)
+            if bad:
+                text = f"{bad} cells of '{name}' are not numbers"
+                findings.append(Finding("damaged", text, topic=TOPIC, count=bad))
+        columns[str(name)] = column
+    return pd.DataFrame(columns), findings
+
+
+def _as_numbers(column: pd.Series) -> tuple[pd.Series, int]:
+    present = column.notna()
+    text = column.astype(str).str.strip().str.replace(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", regex=True)
+    numbers = pd.to_numeric(text.where(present), errors="coerce")
+    if not present.any() or numbers[present].notna().mean() < 0.5:
+        return column, 0
+    return numbers.astype(float), int((present & numbers.isna()).sum())
+
+
+DELIMITED = Reader("csv", (".csv", ".tsv", ".dat", ".txt", ".asc"), sniff, read)

@@ -1,0 +1,187 @@
+"""How a delimited text is written: encoding, delimiter, decimal mark, header, names of the columns."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ingest.tabular.naming import is_unit
+
+NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eEdD][+-]?\d+)?$")
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "inf", "-inf", "-", "--", "*", "?"})
+TIME = re.compile(
+    r"(\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d:?\d\d)?)?|\d\d?:\d\d(:\d\d([.,]\d+)?)?)$"
+)
+DELIMITERS = ("\t", ";", ",", "|", " ")
+COMMENTS = ("#", "%", "//", "!")
+HEAD = 1 << 16
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """The form of a delimited text.
+
+    Attributes
+    ----------
+    encoding, delimiter, decimal : str
+        A blank as delimiter stands for any run of blanks and tabs.
+    body : int
+        Byte offset of the first line of data.
+    columns : tuple of str
+        Name of each column.
+    units : mapping of str to str
+        Units from a row of units below the header.
+    likeness : float
+        Share of the fields in the head that are numbers, times or empty.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    body: int
+    columns: tuple[str, ...]
+    units: Mapping[str, str]
+    likeness: float
+
+
+def encoding_of(head: bytes) -> str:
+    """UTF-8 (with or without its mark), UTF-16 with its mark, or else the Western European code page."""
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    try:
+        head[: max(0, len(head) - 4)].decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig" if head.startswith(b"\xef\xbb\xbf") else "utf-8"
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """The fields of a line, stripped of blanks and quotes."""
+    if delimiter == " ":
+        return line.split()
+    return [field.strip().strip('"') for field in line.split(delimiter)] if line.strip() else []
+
+
+def is_value(field: str) -> bool:
+    """Whether a field is a number, a time, or says that there is none."""
+    return bool(NUMBER.match(field) or field.lower() in MISSING or TIME.match(field))
+
+
+def likeness_of(fields: Sequence[str]) -> float:
+    """Share of the fields that are values; 0 where none is a number or a time."""
+    known = sum(map(is_value, fields))
+    return known / len(fields) if any(f and is_value(f) for f in fields) else 0.0
+
+
+def detect(head: bytes, given: Mapping[str, object] | None = None) -> Dialect:
+    """Detect the form of a text from its first bytes; what is ``given`` is taken as it is.
+
+    Parameters
+    ----------
+    head : bytes
+        The first 64 KiB.
+    given : mapping, optional
+        ``columns`` (a list, or names separated by blanks), ``skip`` (lines), ``delimiter``, ``encoding``,
+        ``decimal``.
+
+    Raises
+    ------
+    ValueError
+        Where no line looks like a row of numbers.
+    """
+    given = given or {}
+    encoding = str(given.get("encoding") or encoding_of(head))
+    lines = _lines(head, encoding)
+    skip = int(str(given.get("skip", 0)))
+    delimiter = str(given["delimiter"]) if given.get("delimiter") else _best_delimiter(lines[skip:])
+    delimiter = " " if delimiter.strip(" ") == "" else delimiter[:1]
+    rows = [split(line, delimiter) for line in lines]
+    width, first = _first_row(rows, skip, given.get("columns"))
+    columns, units = _header(rows[skip:first], lines[skip:first], width, delimiter)
+    if given.get("columns"):
+        columns, units = _named(given["columns"]), {}
+    body = sum(map(len, re.findall(rb"[^\n]*\n|[^\n]+$", head)[:first]))
+    table = [row for row in rows[first : first + 100] if len(row) == width]
+    likeness = sum(map(likeness_of, table)) / max(1, len(rows[first : first + 100]))
+    decimal = str(given.get("decimal") or _decimal(table, delimiter))
+    return Dialect(encoding, delimiter, decimal, body, columns, units, likeness)
+
+
+def _named(columns: object) -> tuple[str, ...]:
+    names = columns.replace(",", " ").split() if isinstance(columns, str) else columns
+    if not isinstance(names, Sequence):
+        raise ValueError(f"dialect.columns must be a list of names, found {columns!r}")
+    return tuple(map(str, names))
+
+
+def _lines(head: bytes, encoding: str) -> list[str]:
+    text = head.decode("utf-8" if encoding == "utf-8-sig" else encoding, "replace")
+    lines = [line.rstrip("\r").lstrip("\ufeff") for line in text.split("\n")]
+    return lines[:-1] if len(lines) > 2 and len(head) >= HEAD else lines
+
+
+def _best_delimiter(lines: Sequence[str]) -> str:
+    tail = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)][-60:]
+
+    def score(delimiter: str) -> float:
+        rows = [split(line, delimiter) for line in tail]
+        counts = Counter(len(row) for row in rows if len(row) > 1)
+        if not counts:
+            return 0.0
+        width = max(counts, key=lambda n: (counts[n], n))
+        return sum(likeness_of(row) for row in rows if len(row) == width) / len(rows)
+
+    return max(DELIMITERS, key=score)
+
+
+def _first_row(rows: Sequence[Sequence[str]], skip: int, columns: object) -> tuple[int, int]:
+    """Width of the table and index of its first row of values."""
+    data = [(i, len(r)) for i, r in enumerate(rows) if i >= skip and len(r) > 1 and likeness_of(r) >= 0.5]
+    if not data:
+        raise ValueError("no line looks like a row of numbers")
+    width = len(_named(columns)) if columns else Counter(n for _, n in data).most_common(1)[0][0]
+    first = next((i for i, n in data if n == width), None)
+    if first is None:
+        found = Counter(n for _, n in data).most_common(1)[0][0]
+        raise ValueError(f"dialect.columns names {width} columns, the rows have {found}")
+    return width, first
+
+
+def _header(
+    rows: Sequence[list[str]], lines: Sequence[str], width: int, delimiter: str
+) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Names and units from the lines above the first row of values."""
+    candidates = []
+    for row, line in zip(rows, lines, strict=True):
+        bare = line.lstrip()
+        mark = next((m for m in COMMENTS if bare.startswith(m)), "")
+        fields = (
+            split(bare[len(mark) :].strip() if delimiter == " " or mark else bare, delimiter) if mark else row
+        )
+        if len(fields) == width and any(fields):
+            candidates.append(fields)
+    if not candidates:
+        return tuple(f"c{i}" for i in range(width)), {}
+    names, units = candidates[-1], {}
+    if len(candidates) > 1 and all(is_unit(f.strip("[]()")) or not f for f in candidates[-1]):
+        names = candidates[-2]
+        units = {n: u.strip("[]()") for n, u in zip(names, candidates[-1], strict=True) if u.strip("[]()-")}
+    return _unique(names), units
+
+
+def _unique(names: Sequence[str]) -> tuple[str, ...]:
+    seen: Counter[str] = Counter()
+    result = []
+    for i, name in enumerate(names):
+        name = name or f"c{i}"
+        seen[name] += 1
+        result.append(name if seen[name] == 1 else f"{name}.{seen[name] - 1}")
+    return tuple(result)
+
+
+def _decimal(rows: Sequence[Sequence[str]], delimiter: str) -> str:
+    numbers = [f for row in rows for f in row if NUMBER.match(f)]
+    comma = delimiter != "," and any("," in f for f in numbers) and not any("." in f for f in numbers)
+    return "," if comma else "."

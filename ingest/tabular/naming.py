@@ -1,0 +1,211 @@
+"""What a column's name says: its unit, and which quantity it may hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ingest.detect import Rule, detect
+from ingest.log import Source
+
+#: Spellings of units at the end of a name (after ``_``) or in brackets, and the unit that they mean.
+UNITS: Mapping[str, str] = {
+    "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
+    "deg_s": "deg/s", "deg/s": "deg/s", "degps": "deg/s", "dps": "deg/s", "°/s": "deg/s", "deg/sec": "deg/s",
+    "deg_min": "deg/min", "deg/min": "deg/min", "°/min": "deg/min",
+    "rad_s": "rad/s", "rad/s": "rad/s", "radps": "rad/s", "rad/sec": "rad/s",
+    "m": "m", "metre": "m", "meter": "m", "mm": "mm", "cm": "cm", "km": "km",
+    "m_s": "m/s", "m/s": "m/s", "mps": "m/s", "ms-1": "m/s", "m_s2": "m/s²", "m/s2": "m/s²", "m/s^2": "m/s²",
+    "m/s²": "m/s²", "mps2": "m/s²", "kn": "kn", "kt": "kn", "kts": "kn", "knots": "kn", "knot": "kn",
+    "km_h": "km/h", "km/h": "km/h", "kmh": "km/h", "kph": "km/h",
+    "rpm": "rpm", "rev_s": "rev/s", "rev/s": "rev/s", "rps": "rev/s", "hz": "rev/s",
+    "percent": "percent", "pct": "percent", "%": "percent", "n": "N", "newton": "N", "kn_force": "kN", "nm": "N m",
+    "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "µs": "us", "ns": "ns",
+    "nsec": "ns", "min": "min", "v": "V", "a": "A", "pwm": "us", "degc": "degC", "°c": "degC", "c": "degC", "kg": "kg",
+    "g": "g", "hpa": "hPa", "pa": "Pa", "mbar": "hPa",
+}  # fmt: skip
+
+#: Suffixes after ``_`` that are also parts of plain names (``wind_v``, ``pos_n``): units in brackets only.
+_BRACKETS_ONLY = frozenset({"n", "v", "a", "c", "g", "min", "hz", "km", "s2", "nm", "°"})
+_SUFFIXES = sorted((s for s in UNITS if s not in _BRACKETS_ONLY), key=len, reverse=True)
+_BRACKETS = re.compile(r"^(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit (or a dash, which stands for none)."""
+    return text.strip().lower() in UNITS or text.strip() in {"-", "1"}
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """The plain name in lower case with underscores, and the unit that the name states ("" where none).
+
+    Examples
+    --------
+    >>> split_unit("Heading [deg]"), split_unit("r_deg_s"), split_unit("windSpeed_kn"), split_unit("thrust")
+    (('heading', 'deg'), ('r', 'deg/s'), ('wind_speed', 'kn'), ('thrust', ''))
+    """
+    bracketed = _BRACKETS.match(name)
+    if bracketed and bracketed[2].lower() in UNITS:
+        return plain(bracketed[1]), UNITS[bracketed[2].lower()]
+    flat = plain(name)
+    for suffix in _SUFFIXES:
+        if flat.endswith("_" + suffix):
+            return flat[: -len(suffix) - 1], UNITS[suffix]
+    return flat, ""
+
+
+def plain(name: str) -> str:
+    """A name in lower case, words joined by underscores."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
+    return re.sub(r"[^\w°/%µ²^]+", "_", words).strip("_").lower()
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """Names that say a quantity: one alternative per component, and the unit where the name states none."""
+
+    quantity: str
+    components: tuple[tuple[str, str], ...]
+    unit: str
+    rank: float
+    options: tuple[tuple[str, object], ...] = ()
+
+
+_LAT = "lat|latitude|gps_lat|gps_latitude|lat_dd"
+_LON = "lon|lng|long|longitude|gps_lon|gps_lng|gps_longitude|lon_dd"
+_HEADING = (
+    "heading|true_heading|heading_true|gps_heading|hdg|hdt|psi|yaw|yaw_angle|heading_angle|gyro_heading"
+)
+_RATE = (
+    "yaw_rate|yawrate|r|rate_of_turn|turn_rate|turning_rate|psi_dot|psidot|yaw_dot|heading_rate|wz|omega_z"
+)
+_GYRO = "gyro_z|gyr_z|gyrz|gz|angular_velocity_z|imu_gyro_z"
+_RUDDER = r"(\w+_)?rudder(_\w+)?|delta(_\w+)?"
+_PROPELLER = (
+    r"n|n\d|rpm|rps|(\w+_)?(propeller|prop|shaft|engine|motor|screw|thruster)(_\w+)?|(\w+_)(rpm|rps)|n_\w+"
+)
+
+_PATTERNS: tuple[_Pattern, ...] = (
+    _Pattern("position", (("latitude", _LAT), ("longitude", _LON)), "deg", 50),
+    _Pattern("position", (("north", "north|northing|x_north|pos_n|pos_north|position_north|north_pos|x_n"),
+                          ("east", "east|easting|y_east|pos_e|pos_east|position_east|east_pos|y_e")), "m", 45),
+    _Pattern("position", (("north", "x|x_pos|pos_x|x0|position_x"), ("east", "y|y_pos|pos_y|y0|position_y")), "m", 40),
+    _Pattern("heading", (("value", _HEADING),), "angle", 50),
+    _Pattern("heading", (("value", "compass|compass_heading|magnetic_heading|heading_mag|hdm|mag_heading"),), "angle", 40,
+             (("magnetic", True),)),
+    _Pattern("yaw_rate", (("value", _RATE),), "rate", 50),
+    _Pattern("yaw_rate", (("value", _GYRO),), "rate", 45),
+    _Pattern("yaw_rate", (("value", "rot"),), "rate", 40),
+    _Pattern("velocity", (("north", "vn|v_n|vel_n|v_north|vel_north|velocity_north|north_velocity|vnorth|speed_north"),
+                          ("east", "ve|v_e|vel_e|v_east|vel_east|velocity_east|east_velocity|veast|speed_east")),
+             "m/s", 50),
+    _Pattern("velocity", (("forward", "u|surge|surge_velocity|surge_speed|u_body|vel_surge"),
+                          ("starboard", "v|sway|sway_velocity|sway_speed|v_body|vel_sway")), "m/s", 45),
+    _Pattern("velocity", (("speed", "sog|speed_over_ground|ground_speed|gps_speed|gs"),
+                          ("course", "cog|course_over_ground|course|track|ground_course|gps_course")), "angle", 40),
+    _Pattern("wind", (("speed", "wind_speed|windspeed|tws|true_wind_speed|wind_speed_true"),
+                      ("direction", "wind_direction|wind_dir|winddir|twd|true_wind_direction|wind_from")),
+             "angle", 45, (("reference", "true"),)),
+    _Pattern("wind", (("speed", "aws|wind_speed|apparent_wind_speed|relative_wind_speed|wind_speed_relative"),
+                      ("direction", "awa|wind_angle|apparent_wind_angle|relative_wind_angle|relative_wind_direction"
+                                    "|apparent_wind_direction|wind_direction_relative")),
+             "angle", 40, (("reference", "relative"),)),
+    _Pattern("depth", (("value", "depth|water_depth|depth_below_surface"),), "m", 50),
+    _Pattern("rudder", (("value", _RUDDER),), "angle", 50),
+    _Pattern("propeller", (("value", _PROPELLER),), "rev", 50),
+)  # fmt: skip
+
+_FITTING: Mapping[str, frozenset[str]] = {
+    "angle": frozenset({"deg", "rad", "percent"}),
+    "rate": frozenset({"deg/s", "rad/s", "deg/min"}),
+    "rev": frozenset({"rpm", "rev/s", "percent", "N", "rad/s"}),
+    "m": frozenset({"m", "mm", "cm", "km"}),
+    "m/s": frozenset({"m/s", "kn", "km/h"}),
+    "deg": frozenset({"deg", "rad"}),
+}
+
+
+def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -> tuple[Source, ...]:
+    """The quantities that a table's column names say it holds, best first.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Numeric columns are looked at.
+    units : mapping of str to str
+        Units of columns that are stated outside their names.
+    """
+    names = {c: split_unit(str(c)) for c in table.columns if pd.api.types.is_numeric_dtype(table[c])}
+    stated = {c: units.get(str(c)) or unit for c, (_, unit) in names.items()}
+    rules = [r for p in _PATTERNS for r in _rules(p, names, stated, table, topic)]
+    return detect(rules, {topic: table})
+
+
+def _rules(
+    pattern: _Pattern,
+    names: Mapping[str, tuple[str, str]],
+    stated: Mapping[str, str],
+    table: pd.DataFrame,
+    topic: str,
+) -> Iterable[Rule]:
+    columns: list[list[str]] = []
+    for component, expression in pattern.components:
+        fits = _FITTING["m/s" if component == "speed" else pattern.unit]
+        alternatives = re.compile(f"(?:{expression})$")
+        fitting = (c for c in names if not stated[c] or stated[c] in fits)
+        columns.append([c for c in fitting if alternatives.match(names[c][0])])
+    for chosen in zip(*columns, strict=False):
+        yield _rule(pattern, chosen, stated, table, topic)
+
+
+def _rule(
+    pattern: _Pattern, chosen: Sequence[str], stated: Mapping[str, str], table: pd.DataFrame, topic: str
+) -> Rule:
+    fields = {component: name for (component, _), name in zip(pattern.components, chosen, strict=True)}
+    angle = chosen[-1]
+    options = dict(pattern.options)
+    if "speed" in fields:
+        options["speed_unit"] = stated[chosen[0]] or "m/s"
+    unit = stated[angle]
+    if not unit:
+        guess = _GUESSES.get(pattern.unit)
+        unit = guess(table[angle].to_numpy(float, na_value=np.nan)) if guess else pattern.unit
+        if guess:
+            options["unit_guessed"] = True
+    return Rule(pattern.quantity, re.escape(topic), fields, unit, pattern.rank, options)
+
+
+def guess_angle_unit(values: NDArray[np.float64]) -> str:
+    """Degrees or radians, from how an angle wraps, or else from how large it gets."""
+    values = values[np.isfinite(values)]
+    steps = np.abs(np.diff(values))
+    if ((steps > 340) & (steps < 380)).any():
+        return "deg"
+    if ((steps > 5.9) & (steps < 6.6)).any() and np.abs(values).max() < 7:
+        return "rad"
+    return "deg" if np.abs(values).max(initial=0.0) > 6.5 and not _winds(steps, values) else "rad"
+
+
+def _winds(steps: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
+    """Whether an angle looks like unwrapped radians: tens at most, never the step of a coarse degree."""
+    return bool(np.abs(values).max() < 40 and np.median(steps) < 0.02)
+
+
+def _guess_rate_unit(values: NDArray[np.float64]) -> str:
+    return "deg/s" if np.nanmax(np.abs(values), initial=0.0) > 3 else "rad/s"
+
+
+def _guess_revolutions_unit(values: NDArray[np.float64]) -> str:
+    return "rpm" if np.nanmax(np.abs(values), initial=0.0) > 60 else "rev/s"
+
+
+_GUESSES: Mapping[str, Callable[[NDArray[np.float64]], str]] = {
+    "angle": guess_angle_unit,
+    "rate": _guess_rate_unit,
+    "rev": _guess_revolutions_unit,
+}

@@ -1,0 +1,135 @@
+"""Time columns to nanoseconds."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ingest.tabular.naming import split_unit
+
+Nanoseconds = NDArray[np.int64]
+
+TIME_NAMES = (
+    "utc", "utc_time", "time_utc", "timestamp_utc", "datetime", "date_time", "timestamp", "time", "t", "stamp",
+    "epoch", "unix_time", "unixtime", "host_time", "gps_time", "elapsed", "elapsed_time", "time_boot", "seconds",
+    "sec", "tid", "zeit", "time_s", "clock",
+)  # fmt: skip
+
+_SCALE = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1, "min": 60_000_000_000}
+DAY_NS = 86_400_000_000_000
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Times of the rows of a table.
+
+    Attributes
+    ----------
+    ns : (n,) int64
+        Nanoseconds; where ``utc``, since 1970.
+    good : (n,) bool
+        Rows that have a time.
+    utc : bool
+        Whether ``ns`` is UTC.
+    column : str
+        Where it came from.
+    """
+
+    ns: Nanoseconds
+    good: NDArray[np.bool_]
+    utc: bool
+    column: str
+
+
+def clock_of(table: pd.DataFrame) -> Clock | None:
+    """The time of each row, from the column that best looks like a clock; None where none does."""
+    flat = {split_unit(str(c))[0]: str(c) for c in reversed(table.columns)}
+    if "date" in flat and "time" in flat and not pd.api.types.is_numeric_dtype(table[flat["time"]]):
+        joined = table[flat["date"]].astype(str) + " " + table[flat["time"]].astype(str)
+        return _from_text(joined, f"{flat['date']} {flat['time']}")
+    for name in TIME_NAMES:
+        if name in flat:
+            clock = _from_column(table[flat[name]], flat[name])
+            if clock is not None:
+                return clock
+    first = table.iloc[:, 0]
+    rising = (
+        pd.api.types.is_numeric_dtype(first) and len(first) > 2 and bool((first.diff().iloc[1:] > 0).all())
+    )
+    return _from_column(first, str(table.columns[0])) if rising else None
+
+
+def _from_column(column: pd.Series, name: str) -> Clock | None:
+    if pd.api.types.is_numeric_dtype(column):
+        return _from_numbers(column, name)
+    return _from_text(column.astype(str), name)
+
+
+def _from_numbers(column: pd.Series, name: str) -> Clock:
+    values = column.to_numpy()
+    good = ~pd.isna(values)
+    if values.dtype.kind not in "iu":
+        values = column.to_numpy(float, na_value=np.nan)
+        good = np.isfinite(values) & (np.abs(values) < 4e18)
+    typical = float(np.median(np.abs(values[good]))) if good.any() else 0.0
+    scale, utc = _scale(split_unit(name)[1], typical)
+    ns = np.zeros(len(values), np.int64)
+    ns[good] = _scaled(values[good], scale)
+    return Clock(ns, good, utc, name)
+
+
+def _scale(unit: str, typical: float) -> tuple[int, bool]:
+    """Nanoseconds per unit, and whether values of that size are time since 1970."""
+    for code, limit in (("s", 1e8), ("ms", 1e11), ("us", 1e14), ("ns", 1e17)):
+        if limit <= typical < limit * 1e3 and unit in {"", code}:
+            return _SCALE[code], True
+    return _SCALE.get(unit, _SCALE["s"]), False
+
+
+def _scaled(values: NDArray[np.generic], scale: int) -> Nanoseconds:
+    if values.dtype.kind in "iu":
+        return np.asarray(values.astype(np.int64) * scale, np.int64)
+    whole = np.floor(values.astype(float))
+    return whole.astype(np.int64) * scale + np.rint((values.astype(float) - whole) * scale).astype(np.int64)
+
+
+def _from_text(column: pd.Series, name: str) -> Clock | None:
+    of_day = column.str.match(r"^\d{1,2}:\d\d:\d\d([.,]\d+)?$")
+    if of_day.mean() > 0.5:
+        times = pd.to_timedelta(column.where(of_day).str.replace(",", "."), errors="coerce")
+        ns = times.astype("timedelta64[ns]").to_numpy().astype(np.int64)
+        return Clock(over_midnight(ns, of_day.to_numpy(bool)), of_day.to_numpy(bool), utc=False, column=name)
+    stamps = pd.to_datetime(column, format="ISO8601", utc=True, errors="coerce")
+    if stamps.isna().mean() > 0.5:
+        stamps = pd.to_datetime(column, format=_layout(str(column.iloc[0])), utc=True, errors="coerce")
+    good = stamps.notna().to_numpy()
+    if good.mean() <= 0.5:
+        return None
+    ns = stamps.dt.tz_localize(None).astype("datetime64[ns]").to_numpy().astype(np.int64)
+    return Clock(np.where(good, ns, 0), good, utc=True, column=name)
+
+
+def _layout(example: str) -> str:
+    """The ``strptime`` layout of a date that is not ISO: ``31.12.2024 …``, ``2024/12/31 …``, ``12/31/2024 …``."""
+    date = re.match(r"(\d+)([./-])(\d+)[./-](\d+)", example)
+    if not date:
+        return "%Y-%m-%d %H:%M:%S"
+    mark = date[2]
+    parts = ["%d", "%m", "%Y"] if mark != "/" or int(date[1]) > 12 else ["%m", "%d", "%Y"]
+    parts = ["%Y", "%m", "%d"] if len(date[1]) == 4 else parts
+    fraction = ".%f" if re.search(r":\d\d\.\d+$", example) else ""
+    return mark.join(parts) + ("T" if "T" in example else " ") + "%H:%M:%S" + fraction
+
+
+def over_midnight(ns: Nanoseconds, good: NDArray[np.bool_] | None = None) -> Nanoseconds:
+    """Time of day, made continuous: a step back of more than half a day is the next day."""
+    result = np.asarray(ns, np.int64).copy()
+    chosen = np.ones(len(ns), bool) if good is None else good
+    days = np.zeros(int(chosen.sum()), np.int64)
+    days[1:] = np.cumsum(np.rint(-np.diff(result[chosen]) / DAY_NS).astype(np.int64))
+    result[chosen] += days * DAY_NS
+    return result

@@ -1,0 +1,211 @@
+"""Delimited text and MATLAB files: dialects, clocks, units, damage."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ingest import ReadOptions, read_log
+from ingest.reader import Decoded
+from ingest.tabular.delimited import DELIMITED
+from ingest.tabular.naming import guess_angle_unit, split_unit
+
+DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+def decode(text: str | bytes, **dialect: object) -> Decoded:
+    raw = text.encode() if isinstance(text, str) else text
+    return DELIMITED.read(Path("x.csv"), memoryview(raw), ReadOptions(dialect=dialect))
+
+
+def rows(n: int, form: str = "{t:.2f},{a:.4f},{b:.4f}\n", start: float = 0.0, step: float = 0.1) -> str:
+    return "".join(form.format(t=start + step * i, a=0.5 * i, b=-0.25 * i) for i in range(n))
+
+
+def source(decoded: Decoded, quantity: str):
+    return next(s for s in decoded.sources if s.quantity == quantity)
+
+
+def test_header_units_and_quantities():
+    text = "t,lat,lon,heading_deg,r_deg_s,sog_kn,cog_deg,rudder_deg,rpm\n"
+    text += "".join(
+        f"{i / 10},{60 + i * 1e-6},{10 + i * 1e-6},{i % 360},1.5,3.0,90,{i},600\n" for i in range(1, 50)
+    )
+    decoded = decode(text)
+    assert len(decoded.tables[""]) == 49
+    assert source(decoded, "position").fields == {"latitude": "lat", "longitude": "lon"}
+    assert (source(decoded, "heading").unit, source(decoded, "yaw_rate").unit) == ("deg", "deg/s")
+    assert source(decoded, "velocity").options["speed_unit"] == "kn"
+    assert source(decoded, "rudder").fields["value"] == "rudder_deg"
+    assert source(decoded, "propeller").unit == "rpm"
+    assert decoded.units["", "r_deg_s"] == "deg/s"
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|", " ", "   "])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_delimiters_and_line_ends(delimiter, end):
+    text = ("t,north,east\n" + rows(30)).replace(",", delimiter).replace("\n", end)
+    table = decode(text).tables[""]
+    assert list(table.columns) == ["t", "north", "east"]
+    np.testing.assert_allclose(table["east"], -0.25 * np.arange(30))
+    np.testing.assert_array_equal(table.index, np.arange(30) * 100_000_000)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_encodings(encoding):
+    table = decode(("t;Kurs (°);Drehrate [°/s]\n" + rows(20, "{t:.2f};{a:.4f};{b:.4f}\n")).encode(encoding))
+    assert table.units["", "Kurs (°)"] == "deg"
+    assert len(table.tables[""]) == 20
+
+
+def test_decimal_comma_and_a_row_of_units():
+    text = "Zeit;Heading;Rate\ns;deg;deg/s\n" + rows(20, "{t:.2f};{a:.4f};{b:.4f}\n").replace(".", ",")
+    decoded = decode(text)
+    np.testing.assert_allclose(decoded.tables[""]["Heading"], 0.5 * np.arange(20))
+    assert source(decoded, "heading").unit == "deg"
+
+
+def test_fortran_exponents_and_comment_header():
+    decoded = decode("% measured\n% t x y\n" + "".join(f"{i}.0 {i}.5D+01 -.5D-01\n" for i in range(9)))
+    np.testing.assert_allclose(decoded.tables[""]["x"], 10 * (np.arange(9) + 0.5))
+    np.testing.assert_allclose(decoded.tables[""]["y"], -0.05)
+
+
+def test_empty_cells_for_sensors_at_different_rates():
+    text = "t,x,heading_deg\n" + "".join(f"{i / 10},{i if i % 5 == 0 else ''},{i}\n" for i in range(50))
+    table = decode(text).tables[""]
+    assert table["x"].notna().sum() == 10
+    assert table["heading_deg"].notna().all()
+
+
+@pytest.mark.parametrize(
+    ("stamp", "utc_ns"),
+    [
+        ("2024-06-01T12:00:{:06.3f}Z", 1_717_243_200_000_000_000),
+        ("2024-06-01 14:00:{:06.3f}+02:00", 1_717_243_200_000_000_000),
+        ("01.06.2024 12:00:{:06.3f}", 1_717_243_200_000_000_000),
+        ("17172432{:06.3f}", 1_717_243_200_000_000_000),
+        ("17172432{:06.3f}000", 1_717_243_200_000_000_000),
+    ],
+)
+def test_stamps(stamp, utc_ns):
+    texts = [stamp.format(i / 10) for i in range(20)]
+    if stamp.endswith("000"):
+        texts = [t.replace(".", "")[:-3] for t in texts]
+    decoded = decode("time,x,y\n" + "".join(f"{t},{i},{i}\n" for i, t in enumerate(texts)))
+    assert decoded.utc_of_index_zero_ns == 0
+    np.testing.assert_allclose(
+        decoded.tables[""].index, utc_ns + np.arange(20) * 100_000_000, atol=300, rtol=0
+    )
+
+
+def test_time_of_day_goes_on_over_midnight():
+    times = [
+        f"{(86390 + i) // 3600 % 24:02d}:{(86390 + i) // 60 % 60:02d}:{(86390 + i) % 60:02d}.5"
+        for i in range(20)
+    ]
+    table = decode("time,x,y\n" + "".join(f"{t},1,2\n" for t in times)).tables[""]
+    np.testing.assert_array_equal(np.diff(table.index), 1_000_000_000)
+
+
+def test_a_restarted_clock_is_carried_on_and_said():
+    decoded = decode("t,x,y\n" + rows(50, start=100.0) + rows(50))
+    assert (np.diff(decoded.tables[""].index) > 0).all()
+    assert [f.kind for f in decoded.findings].count("clock") == 1
+
+
+def test_bad_lines_are_findings_with_their_offset():
+    lines = ("t,north,east\n" + rows(100)).splitlines(keepends=True)
+    lines[40] = "4.0,1.0\n"
+    lines[60] = "\x00\x01garbage\n"
+    lines[70] = "7.0,oops,2.0\n"
+    text = "".join(lines)
+    decoded = decode(text)
+    damaged = [f for f in decoded.findings if f.kind == "damaged" and f.offset is not None]
+    assert [f.offset for f in damaged] == [text.index("4.0,1.0\n"), text.index("\x00")]
+    assert len(decoded.tables[""]) == 98
+    assert any("oops" not in f.message and "'north'" in f.message for f in decoded.findings)
+    assert decoded.bytes_damaged == len("4.0,1.0\n") + len("\x00\x01garbage\n")
+
+
+def test_a_last_line_that_is_cut_off():
+    decoded = decode("t,x,y\n" + rows(20) + "2.0,1")
+    assert [f.kind for f in decoded.findings if f.offset] == ["truncated"]
+    assert len(decoded.tables[""]) == 20
+
+
+def test_given_columns_and_skip():
+    decoded = decode(
+        "junk 1 2 3\nmore\n" + rows(20, "{t:.2f} {a:.4f} {b:.4f}\n"), columns="t x psi_deg", skip=2
+    )
+    assert list(decoded.tables[""].columns) == ["t", "x", "psi_deg"]
+    with pytest.raises(ValueError, match="names 5 columns, the rows have 3"):
+        decode(rows(20), columns="a b c d e")
+
+
+def test_no_clock_is_said():
+    with pytest.raises(ValueError, match="no column looks like time"):
+        decode("a,b\n" + "5,1\n3,1\n4,2\n" * 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("Heading [deg]", ("heading", "deg")),
+        ("r_deg_s", ("r", "deg/s")),
+        ("windSpeed_kn", ("wind_speed", "kn")),
+        ("pos_n", ("pos_n", "")),
+        ("n (rpm)", ("n", "rpm")),
+    ],
+)
+def test_units_in_names(name, expected):
+    assert split_unit(name) == expected
+
+
+def test_unit_of_an_angle_from_its_values():
+    turn = np.linspace(0, 4 * np.pi, 1000)
+    assert guess_angle_unit(turn) == "rad"
+    assert guess_angle_unit(np.degrees(turn) % 360) == "deg"
+    assert guess_angle_unit(turn % (2 * np.pi)) == "rad"
+    assert guess_angle_unit(np.full(10, 123.0)) == "deg"
+
+
+@given(st.binary(max_size=400))
+@settings(max_examples=150, deadline=None)
+def test_junk_never_raises_anything_else(raw):
+    assert 0.0 <= DELIMITED.sniff(raw) <= 1.0
+    try:
+        decode(raw)
+    except ValueError:
+        pass
+
+
+@given(st.integers(0, 1500), st.binary(min_size=1, max_size=20))
+@settings(max_examples=100, deadline=None)
+def test_lines_without_damage_survive(at, junk):
+    raw = ("t,north,east\n" + rows(80)).encode()
+    at = min(max(at, 200), len(raw) - 1)
+    table = decode(raw[:at] + junk + raw[at:]).tables[""]
+    first = raw.count(b"\n", 0, at) - 1
+    touched = 1 + junk.count(b"\n") + junk.count(b"\r")
+    assert len(table) >= 80 - touched
+    np.testing.assert_allclose(table["north"].iloc[:first], 0.5 * np.arange(first))
+
+
+@pytest.mark.real
+def test_measured_model_tests():
+    import tomllib
+
+    folder = DATA / "kvlcc2-hsva"
+    if not folder.is_dir():
+        pytest.skip("the measured data are not beside the project")
+    campaign = tomllib.loads((folder / "campaign.toml").read_text())
+    for entry in campaign["log"]:
+        log = read_log(folder / entry["path"], dialect=entry["dialect"])
+        table = log.tables[""]
+        assert log.format == "csv"
+        np.testing.assert_allclose(np.diff(table.index) * 1e-9, 0.05, atol=1e-6)
+        assert not [f for f in log.findings if f.kind in {"damaged", "truncated"}]
+        assert {s.quantity for s in log.sources} >= {"position", "heading", "yaw_rate", "velocity", "rudder"}
