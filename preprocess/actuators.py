@@ -1,0 +1,147 @@
+"""Inputs: from the log's numbers to physical values, by calibration or by unit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ingest.errors import CampaignError, MissingSignal
+from ingest.log import Log, Source
+from ingest.units import UnknownUnit, factor_to_si
+from preprocess.raw import Raw, strictly_increasing
+from preprocess.resolve import choose_source, find_column, numbers, rows_of
+from preprocess.trial import FloatArray
+from preprocess.vessel import Input, Sensor
+
+_ANGLES = ("rudder", "azimuth")
+_FORCES = ("thruster", "tunnel")
+
+
+def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
+    """Samples of one input in physical values, and the conversion in words.
+
+    Parameters
+    ----------
+    log : Log
+    declared : Input
+
+    Returns
+    -------
+    raw : Raw
+        Values in rad (rudder, azimuth), rev/s (propeller), -1…1 or N (thruster, tunnel).
+    how : str
+        ``"calibration"`` or the unit.
+
+    Raises
+    ------
+    MissingSignal
+        The signal, or a standard source of this kind, is not in the log.
+    CampaignError
+        The values need a calibration or another unit.
+    """
+    source, column_numbers, t = _samples(log, declared)
+    values, how = _physical(log, declared, source.unit, column_numbers)
+    raw = Raw(declared.name, t, values, np.zeros(len(t), dtype=bool), source)
+    return strictly_increasing(raw), how
+
+
+def _samples(log: Log, declared: Input) -> tuple[Source, FloatArray, FloatArray]:
+    key = f"inputs.{declared.name}"
+    if declared.signal is None:
+        source = _standard(log, declared)
+        rows = rows_of(log, source.topic, source.device, key, source.name)
+        column = find_column(log, _joined(source.topic, source.fields["value"]), key)
+    else:
+        column = find_column(log, declared.signal, f"{key}.signal")
+        rows = rows_of(log, column.topic, declared.source, f"{key}.source", declared.signal)
+        unit = log.units.get((column.topic, column.field), "")
+        source = Source(
+            declared.kind,
+            column.topic,
+            {"value": _label(declared.signal, column.topic)},
+            unit,
+            declared.source,
+        )
+    return source, numbers(rows, column), rows.index.to_numpy(dtype=np.int64) * 1e-9
+
+
+def _joined(topic: str, field: str) -> str:
+    return f"{topic}.{field}" if topic else field
+
+
+def _label(signal: str, topic: str) -> str:
+    return signal[len(topic) + 1 :] if topic else signal
+
+
+def _standard(log: Log, declared: Input) -> Source:
+    """The detected source of this kind (and device)."""
+    key = f"inputs.{declared.name}.signal"
+    sensor = Sensor(declared.kind, source=declared.source)
+    found = choose_source(log, declared.kind, sensor) if declared.kind in ("rudder", "propeller") else None
+    if found is None:
+        raise MissingSignal(log.path, key, f"standard message of a {declared.kind}", log.signals)
+    return found
+
+
+def _physical(log: Log, declared: Input, stated: str, values: FloatArray) -> tuple[FloatArray, str]:
+    if declared.pwm:
+        return calibrate(values, declared.pwm, declared.value), "calibration"
+    unit = declared.unit or _usable_unit(declared.kind, stated) or _guess(declared.kind, values)
+    if unit is None:
+        low, high = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
+        raise CampaignError(
+            log.path,
+            f"inputs.{declared.name}",
+            f"a calibration (pwm = […], value = […]) or a unit for this {declared.kind}",
+            f"raw values from {low:g} to {high:g} and neither",
+        )
+    return _scaled(log, declared, values, unit), unit
+
+
+def _usable_unit(kind: str, stated: str) -> str | None:
+    """The unit that the log states, where it is one of this kind of input."""
+    allowed = {
+        "rudder": ("rad", "deg"),
+        "azimuth": ("rad", "deg"),
+        "propeller": ("rpm", "RPM", "rev/s", "Hz", "rps"),
+    }
+    plain = stated.strip()
+    if plain in ("percent", "%") and kind in _FORCES:
+        return "percent"
+    if plain.lstrip("cdm") in ("rad", "deg", "eg") and kind in _ANGLES:
+        return plain
+    return plain if plain in allowed.get(kind, ("N",)) else None
+
+
+def _guess(kind: str, values: FloatArray) -> str | None:
+    """A unit from the size of the values, where none is stated."""
+    most = float(np.nanmax(np.abs(values), initial=0.0))
+    if kind in _ANGLES:
+        return "rad" if most <= 1.6 else "deg" if most <= 200.0 else None
+    if kind == "propeller":
+        return "rev/s" if most <= 60.0 else None
+    return "1" if most <= 1.0 else "percent" if most <= 100.0 else None
+
+
+def _scaled(log: Log, declared: Input, values: FloatArray, unit: str) -> FloatArray:
+    try:
+        factor, offset = factor_to_si(unit)
+    except UnknownUnit as error:
+        expected = "rad, deg, rev/s, rpm, percent or N"
+        raise CampaignError(log.path, f"inputs.{declared.name}.unit", expected, f"'{unit}'") from error
+    return values * factor + offset
+
+
+def calibrate(raw: FloatArray, pwm: tuple[float, ...], value: tuple[float, ...]) -> FloatArray:
+    """Piecewise-linear calibration, held at its ends.
+
+    Parameters
+    ----------
+    raw : (n,)
+    pwm : (k,)
+        Raw values, monotonic in either direction.
+    value : (k,)
+        Physical values at them, any.
+    """
+    order = np.argsort(pwm, kind="stable")
+    out = np.interp(raw, np.asarray(pwm, float)[order], np.asarray(value, float)[order])
+    return np.where(np.isfinite(raw), out, np.nan)

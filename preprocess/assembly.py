@@ -1,0 +1,124 @@
+"""One part of one log: judge the samples, find the unbroken stretches, smooth, and say what was done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from preprocess import frames
+from preprocess.chains import Segments, Stream
+from preprocess.gaps import find_segments
+from preprocess.judge import Judged, judge, judge_input
+from preprocess.raw import Raw
+from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
+from preprocess.trial import FloatArray, Measurement, Step
+from preprocess.vessel import Vessel
+
+if TYPE_CHECKING:
+    from preprocess.trials import Gathered
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a trial is made of."""
+
+    measurements: Mapping[str, Measurement]
+    inputs: Mapping[str, Measurement]
+    states: pd.DataFrame
+    segments: Segments
+    manoeuvre: str | None
+    findings: tuple[str, ...]
+    history: tuple[Step, ...]
+
+
+def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
+    """Make one part of a log into the pieces of a trial.
+
+    Parameters
+    ----------
+    g : Gathered
+    vessel : Vessel
+    bounds : (start, end) s
+    """
+    judged = {k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()}
+    inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
+    segments = find_segments(judged, vessel)
+    wanted = sensor_times(judged)
+    heading = smooth_chain(heading_streams(judged), segments, wanted)
+    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted)
+    table = states(track, heading)
+    sigma = {
+        s.name: float(x) for c in (heading, track) for s, x in zip(c.streams, c.levels.sigma, strict=True)
+    }
+    measurements = {k: measurement(j, sigma.get(k, float("nan"))) for k, j in judged.items()}
+    if "wind" in judged:
+        measurements["wind"] = air(judged["wind"], measurements["wind"], table)
+    history = (
+        Step("segments", {"segments": [list(s) for s in segments]}),
+        Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
+        Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track)}),
+    )
+    return Made(measurements, inputs, table, segments, None, (), history)
+
+
+def _named(chain: ChainResult) -> dict[str, float]:
+    return {s.name: float(x) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)}
+
+
+def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
+    """The samples between the bounds."""
+    keep = (raw.t >= bounds[0]) & (raw.t <= bounds[1])
+    return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep])
+
+
+def sensor_times(judged: Mapping[str, Judged]) -> FloatArray:
+    """Distinct times of the sensors that the smoother uses, s."""
+    used = [judged[k].raw.t for k in ("position", "heading", "yaw_rate", "velocity") if k in judged]
+    return np.unique(np.concatenate(used))
+
+
+def _stream(j: Judged, order: int) -> Stream:
+    value = j.raw.value if j.raw.value.ndim == 2 else j.raw.value[:, None]
+    return Stream(j.raw.quantity, j.raw.t, value, order, j.good, floor=j.floor)
+
+
+def heading_streams(judged: Mapping[str, Judged]) -> tuple[Stream, ...]:
+    """Heading and, where there is one, yaw rate."""
+    out = (_stream(judged["heading"], 0),)
+    return (*out, _stream(judged["yaw_rate"], 1)) if "yaw_rate" in judged else out
+
+
+def track_streams(judged: Mapping[str, Judged], heading: ChainResult, vessel: Vessel) -> tuple[Stream, ...]:
+    """Position and, where there is one, velocity, both of the campaign's origin."""
+    out = (at_origin(_stream(judged["position"], 0), heading, vessel.antenna),)
+    if "velocity" not in judged:
+        return out
+    velocity, arm = _stream(judged["velocity"], 1), vessel.antenna
+    if judged["velocity"].raw.body:
+        velocity, arm = to_earth(velocity, heading), vessel.imu
+    return (*out, at_origin(velocity, heading, arm))
+
+
+def measurement(j: Judged, sigma: float) -> Measurement:
+    """The samples as the trial keeps them."""
+    t = j.raw.t
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    return Measurement(j.raw.quantity, t, j.raw.value, sigma, j.good, j.raw.source.name, j.reasons, step)
+
+
+def air(j: Judged, made: Measurement, table: pd.DataFrame) -> Measurement:
+    """Wind as the velocity of the air over ground, north and east; relative wind by the smoothed motion."""
+    speed, direction = j.raw.value.T
+    if not j.raw.relative:
+        return replace(made, value=frames.wind_to_air_velocity(speed, direction))
+    known = table.dropna(subset=["psi", "u"])
+    psi, u, v = (
+        np.interp(j.raw.t, known["t"], known[k], left=np.nan, right=np.nan) for k in ("psi", "u", "v")
+    )
+    relative = frames.wind_to_air_velocity(speed, direction)
+    value = frames.body_to_earth(relative + np.column_stack([u, v]), psi)
+    return replace(made, value=value, good=made.good & np.isfinite(value).all(axis=1))

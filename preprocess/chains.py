@@ -1,0 +1,96 @@
+"""The sensors of one chain (north and east, or heading) as rows for the filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from preprocess.kalman import IntArray, Rows
+from preprocess.trial import BoolArray, FloatArray
+
+Segments = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Stream:
+    """One sensor of a chain.
+
+    Attributes
+    ----------
+    name : str
+    t : (n,) s
+    value : (n, m)
+    order : int
+        0: it measures the position of the chain, 1: its rate.
+    sigma : float
+        Given or estimated standard deviation; NaN where not known yet.
+    good : (n,) bool
+    floor : float
+        Standard deviation below which its noise cannot lie: that of its rounding.
+    """
+
+    name: str
+    t: FloatArray
+    value: FloatArray
+    order: int
+    good: BoolArray
+    sigma: float = float("nan")
+    floor: float = 0.0
+
+
+def inside(t: FloatArray, segments: Segments) -> IntArray:
+    """Which segment each time lies in, -1 where in none; (n,) int64."""
+    if not segments:
+        return np.full(len(t), -1, dtype=np.int64)
+    starts, ends = np.array(segments).T
+    at = np.searchsorted(starts, t, side="right") - 1
+    return np.where((at >= 0) & (t <= ends[at]), at, -1).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """Rows with what they came from: ``stream`` and ``sample`` index, -1 where nothing was measured."""
+
+    rows: Rows
+    stream: IntArray
+    sample: IntArray
+
+
+def assemble(streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray) -> Assembled:
+    """Rows of all good samples inside the segments, and a blank row at each wanted time without one.
+
+    Parameters
+    ----------
+    streams : tuple of Stream
+        All with the same number of components.
+    segments : tuple of (start, end)
+    wanted : (k,) s
+        Sorted times at which the state is wanted.
+    """
+    used = [np.flatnonzero(s.good & (inside(s.t, segments) >= 0)) for s in streams]
+    times = [s.t[i] for s, i in zip(streams, used, strict=True)]
+    blank = np.setdiff1d(wanted[inside(wanted, segments) >= 0], np.concatenate(times), assume_unique=False)
+    t = np.concatenate([*times, blank])
+    stream = np.concatenate([*(np.full(len(i), k) for k, i in enumerate(used)), np.full(len(blank), -1)])
+    sample = np.concatenate([*used, np.full(len(blank), -1)])
+    width = streams[0].value.shape[1]
+    value = np.concatenate(
+        [*(s.value[i] for s, i in zip(streams, used, strict=True)), np.zeros((len(blank), width))]
+    )
+    order = np.append([s.order for s in streams], -1)[stream]
+    at = np.lexsort((order, t))
+    rows = Rows(t[at], order[at].astype(np.int64), value[at], np.ones(len(at)), _fresh(t[at], segments))
+    return Assembled(rows, stream[at].astype(np.int64), sample[at].astype(np.int64))
+
+
+def _fresh(t: FloatArray, segments: Segments) -> BoolArray:
+    segment = inside(t, segments)
+    fresh = np.ones(len(t), dtype=bool)
+    fresh[1:] = np.diff(segment) != 0
+    return fresh
+
+
+def variances(stream: IntArray, sigma: FloatArray) -> FloatArray:
+    """Variance of each row from the standard deviation of its stream (1 for blank rows, where it is not used)."""
+    return np.asarray(np.append(sigma, 1.0)[stream] ** 2, float)

@@ -1,0 +1,79 @@
+"""Unbroken stretches: where nothing was missing for longer than the dynamics allow to bridge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from preprocess.chains import Segments
+from preprocess.judge import Judged
+from preprocess.trial import FloatArray
+from preprocess.vessel import Vessel
+
+#: Gaps up to this long are always bridged, s.
+ALWAYS = 3.0
+#: … and up to this many sample intervals.
+INTERVALS = 5.0
+#: A stretch needs this many samples of position and of heading, and this many seconds.
+LEAST_SAMPLES = 8
+LEAST_SECONDS = 4.0
+
+
+def bridge(t: FloatArray, position: FloatArray, length: float) -> float:
+    """The longest gap to bridge, s: the time in which the vessel moves by its own length, and at least ``ALWAYS``.
+
+    Parameters
+    ----------
+    t : (n,) s
+    position : (n, 2) m
+    length : float
+        Of the vessel, m.
+    """
+    if len(t) < 3:
+        return ALWAYS
+    step = np.diff(t)
+    speed = float(np.median(np.hypot(*np.diff(position, axis=0).T) / step))
+    return max(ALWAYS, INTERVALS * float(np.median(step)), min(length / max(speed, 1e-3), 60.0))
+
+
+def covered(t: FloatArray, longest: float) -> list[tuple[float, float]]:
+    """Stretches in which the times lie no further apart than ``longest``."""
+    if not len(t):
+        return []
+    breaks = np.flatnonzero(np.diff(t) > longest)
+    starts, ends = np.r_[0, breaks + 1], np.r_[breaks, len(t) - 1]
+    return [(float(a), float(b)) for a, b in zip(t[starts], t[ends], strict=True)]
+
+
+def intersect(a: list[tuple[float, float]], b: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Overlaps of two lists of intervals, each sorted and disjoint."""
+    out, i, j = [], 0, 0
+    while i < len(a) and j < len(b):
+        low, high = max(a[i][0], b[j][0]), min(a[i][1], b[j][1])
+        if low < high:
+            out.append((low, high))
+        if a[i][1] < b[j][1]:
+            i += 1
+        else:
+            j += 1
+    return out
+
+
+def find_segments(judged: Mapping[str, Judged], vessel: Vessel) -> Segments:
+    """Segments in which position and heading are there (a yaw rate bridges longer gaps of the heading)."""
+    position, heading = judged["position"], judged["heading"]
+    t, psi_t = position.raw.t[position.good], heading.raw.t[heading.good]
+    longest = bridge(t, position.raw.value[position.good], vessel.length)
+    stretches = intersect(covered(t, longest), covered(psi_t, _heading_bridge(judged, psi_t, longest)))
+    return tuple(s for s in stretches if _enough(s, t) and _enough(s, psi_t))
+
+
+def _heading_bridge(judged: Mapping[str, Judged], t: FloatArray, longest: float) -> float:
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    return max(longest, INTERVALS * step) * (3.0 if "yaw_rate" in judged else 1.0)
+
+
+def _enough(stretch: tuple[float, float], t: FloatArray) -> bool:
+    count = int(np.searchsorted(t, stretch[1], "right") - np.searchsorted(t, stretch[0]))
+    return count >= LEAST_SAMPLES and stretch[1] - stretch[0] >= LEAST_SECONDS

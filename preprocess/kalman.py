@@ -1,0 +1,252 @@
+"""Kalman filter and fixed-interval smoother of one chain (position, rate, acceleration) at uneven times.
+
+The chain is an integrated Wiener process: its third derivative is white noise of intensity ``q``. Between two rows
+it is discretised exactly (Bar-Shalom, Li and Kirubarajan 2001, eq. 6.2.3-7), so nothing is resampled and samples
+may be missing. The smoother is that of Bryson and Frazier in the form of de Jong (1989), which needs no inverse and
+gives the deletion residuals (de Jong and Penzer 1998) on the way. Cost is linear in the number of rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from preprocess.trial import BoolArray, FloatArray
+
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Measurements of a chain in the order of time.
+
+    Attributes
+    ----------
+    t : (n,) s
+        Non-decreasing; several rows may share a time.
+    order : (n,) int64
+        0 position, 1 rate, 2 acceleration, -1 nothing measured (a time at which the state is wanted).
+    value : (n, m)
+        ``m`` components that share the covariance (north and east), SI.
+    variance : (n,)
+        Of each component.
+    fresh : (n,) bool
+        True where a new stretch begins: the state is forgotten.
+    """
+
+    t: FloatArray
+    order: IntArray
+    value: FloatArray
+    variance: FloatArray
+    fresh: BoolArray
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Smoothed chain: mean (n, 3, m), covariance (n, 3, 3), deletion residual (n, m) and its variance (n,)."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    deletion: FloatArray
+    deletion_variance: FloatArray
+
+
+@njit(cache=True)
+def _predict(m, p, dt, q, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    b = 0.5 * dt * dt
+    for k in range(m.shape[1]):
+        m[0, k] += dt * m[1, k] + b * m[2, k]
+        m[1, k] += dt * m[2, k]
+    for j in range(3):
+        work[0, j] = p[0, j] + dt * p[1, j] + b * p[2, j]
+        work[1, j] = p[1, j] + dt * p[2, j]
+        work[2, j] = p[2, j]
+    for i in range(3):
+        p[i, 0] = work[i, 0] + dt * work[i, 1] + b * work[i, 2]
+        p[i, 1] = work[i, 1] + dt * work[i, 2]
+        p[i, 2] = work[i, 2]
+    d2, d3 = dt * dt, dt * dt * dt
+    p[0, 0] += q * d3 * d2 / 20.0
+    p[0, 1] += q * d2 * d2 / 8.0
+    p[0, 2] += q * d3 / 6.0
+    p[1, 1] += q * d3 / 3.0
+    p[1, 2] += q * d2 / 2.0
+    p[2, 2] += q * dt
+    p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]
+
+
+@njit(cache=True)
+def _restart(m, p, i, order, value, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    m[:] = 0.0
+    p[:] = 0.0
+    for j in range(3):
+        p[j, j] = prior[j]
+    for j in range(i, len(order)):
+        if order[j] == 0:
+            m[0, :] = value[j]
+            break
+
+
+@njit(cache=True)
+def _update(m, p, o, value, variance, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    s = p[o, o] + variance
+    for j in range(3):
+        gain[j] = p[j, o] / s
+    for k in range(m.shape[1]):
+        e = value[k] - m[o, k]
+        for j in range(3):
+            m[j, k] += gain[j] * e
+    for i in range(3):
+        for j in range(i, 3):
+            p[i, j] -= gain[i] * gain[j] * s
+            p[j, i] = p[i, j]
+    return s
+
+
+@njit(cache=True)
+def _cost(t, order, value, variance, fresh, q, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
+    work, gain = np.zeros((3, 3)), np.zeros(3)
+    total = 0.0
+    for i in range(len(t)):
+        if fresh[i]:
+            _restart(m, p, i, order, value, prior)
+        else:
+            _predict(m, p, t[i] - t[i - 1], q, work)
+        o = order[i]
+        if o < 0:
+            continue
+        s = p[o, o] + variance[i]
+        for k in range(value.shape[1]):
+            e = value[i, k] - m[o, k]
+            total += np.log(s) + e * e / s
+        _update(m, p, o, value[i], variance[i], gain)
+    return total
+
+
+@njit(cache=True)
+def _forward(t, order, value, variance, fresh, q, prior, means, covariances):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
+    work, gain = np.zeros((3, 3)), np.zeros(3)
+    for i in range(len(t)):
+        if fresh[i]:
+            _restart(m, p, i, order, value, prior)
+        else:
+            _predict(m, p, t[i] - t[i - 1], q, work)
+        means[i] = m
+        covariances[i] = p
+        if order[i] >= 0:
+            _update(m, p, order[i], value[i], variance[i], gain)
+
+
+@njit(cache=True)
+def _absorb(o, p, value, m, variance, a, big, gain, c, u):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Take one measurement into the adjoint; ``u`` gets the smoothation error, its variance is returned."""
+    s = p[o, o] + variance
+    for j in range(3):
+        gain[j] = p[j, o] / s
+    for k in range(m.shape[1]):
+        u[k] = (value[k] - m[o, k]) / s
+        for j in range(3):
+            u[k] += gain[j] * a[j, k]
+        a[o, k] -= u[k]
+    quadratic = 0.0
+    for i in range(3):
+        c[i] = 0.0
+        for j in range(3):
+            c[i] += big[i, j] * gain[j]
+        quadratic += gain[i] * c[i]
+    for j in range(3):
+        big[o, j] -= c[j]
+        big[j, o] -= c[j]
+    big[o, o] += quadratic + 1.0 / s
+    return quadratic + 1.0 / s
+
+
+@njit(cache=True)
+def _back(a, big, dt, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    b = 0.5 * dt * dt
+    for k in range(a.shape[1]):
+        a[2, k] += b * a[0, k] + dt * a[1, k]
+        a[1, k] += dt * a[0, k]
+    for j in range(3):
+        work[0, j] = big[0, j]
+        work[1, j] = dt * big[0, j] + big[1, j]
+        work[2, j] = b * big[0, j] + dt * big[1, j] + big[2, j]
+    for i in range(3):
+        big[i, 0] = work[i, 0]
+        big[i, 1] = dt * work[i, 0] + work[i, 1]
+        big[i, 2] = b * work[i, 0] + dt * work[i, 1] + work[i, 2]
+
+
+@njit(cache=True)
+def _correct(m, p, a, big, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Smoothed mean and covariance from the predicted ones, in place: m - P a, P - P Λ P."""
+    for k in range(m.shape[1]):
+        for i in range(3):
+            for j in range(3):
+                m[i, k] -= p[i, j] * a[j, k]
+    for i in range(3):
+        for j in range(3):
+            work[i, j] = p[i, 0] * big[0, j] + p[i, 1] * big[1, j] + p[i, 2] * big[2, j]
+    p00, p01, p02, p11, p12, p22 = p[0, 0], p[0, 1], p[0, 2], p[1, 1], p[1, 2], p[2, 2]
+    for i in range(3):
+        w0, w1, w2 = work[i, 0], work[i, 1], work[i, 2]
+        p[i, 0] -= w0 * p00 + w1 * p01 + w2 * p02
+        p[i, 1] -= w0 * p01 + w1 * p11 + w2 * p12
+        p[i, 2] -= w0 * p02 + w1 * p12 + w2 * p22
+
+
+@njit(cache=True)
+def _backward(t, order, value, variance, fresh, means, covariances, deletion, deletion_variance):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    n, m = value.shape
+    a, big, work = np.zeros((3, m)), np.zeros((3, 3)), np.zeros((3, 3))
+    gain, c, u = np.zeros(3), np.zeros(3), np.zeros(m)
+    for i in range(n - 1, -1, -1):
+        if order[i] >= 0:
+            d = _absorb(order[i], covariances[i], value[i], means[i], variance[i], a, big, gain, c, u)
+            deletion_variance[i] = 1.0 / d
+            for k in range(m):
+                deletion[i, k] = u[k] / d
+        _correct(means[i], covariances[i], a, big, work)
+        if fresh[i]:
+            a[:] = 0.0
+            big[:] = 0.0
+        else:
+            _back(a, big, t[i] - t[i - 1], work)
+
+
+def cost(rows: Rows, q: float, prior: FloatArray) -> float:
+    """Return −2 log likelihood of the innovations, less its constant.
+
+    Parameters
+    ----------
+    rows : Rows
+    q : float
+        Intensity of the white third derivative, unit²/s⁵.
+    prior : (3,)
+        Variances of position, rate and acceleration at the start of a stretch.
+    """
+    return float(_cost(rows.t, rows.order, rows.value, rows.variance, rows.fresh, q, prior))
+
+
+def smooth(rows: Rows, q: float, prior: FloatArray) -> Smoothed:
+    """Smooth a chain given its noise levels; see :func:`cost` for the arguments."""
+    n, m = rows.value.shape
+    means, covariances = np.empty((n, 3, m)), np.empty((n, 3, 3))
+    deletion, deletion_variance = np.full((n, m), np.nan), np.full(n, np.nan)
+    _forward(rows.t, rows.order, rows.value, rows.variance, rows.fresh, q, prior, means, covariances)
+    _backward(
+        rows.t,
+        rows.order,
+        rows.value,
+        rows.variance,
+        rows.fresh,
+        means,
+        covariances,
+        deletion,
+        deletion_variance,
+    )
+    return Smoothed(means, covariances, deletion, deletion_variance)

@@ -1,0 +1,90 @@
+"""Noise levels by maximum likelihood: process intensity and the sensors' standard deviations from the innovations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from preprocess.kalman import IntArray, Rows, cost
+from preprocess.trial import FloatArray
+
+#: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
+MOST_ROWS = 12_000
+BLOCKS = 8
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Noise levels of one chain.
+
+    Attributes
+    ----------
+    q : float
+        Intensity of the white third derivative, unit²/s⁵.
+    sigma : (g,)
+        Standard deviation of each group of rows (one per sensor), in the sensor's unit.
+    evaluations : int
+        Of the likelihood.
+    """
+
+    q: float
+    sigma: FloatArray
+    evaluations: int = 0
+
+
+def thin_out(rows: Rows, group: IntArray) -> tuple[Rows, IntArray]:
+    """At most ``MOST_ROWS`` rows, as unbroken blocks spread evenly."""
+    n = len(rows.t)
+    if n <= MOST_ROWS:
+        return rows, group
+    size = MOST_ROWS // BLOCKS
+    starts = np.linspace(0, n - size, BLOCKS).astype(int)
+    pick = (starts[:, None] + np.arange(size)).ravel()
+    fresh = rows.fresh[pick].copy()
+    fresh[::size] = True
+    return Rows(rows.t[pick], rows.order[pick], rows.value[pick], rows.variance[pick], fresh), group[pick]
+
+
+def estimate_levels(
+    rows: Rows, group: IntArray, start: Levels, prior: FloatArray, known: FloatArray
+) -> Levels:
+    """Maximum-likelihood noise levels of a chain.
+
+    Parameters
+    ----------
+    rows : Rows
+        Their ``variance`` is a weight (1 for a full sample) that multiplies the group's variance.
+    group : (n,) int64
+        Which sensor a row belongs to; -1 where nothing was measured.
+    start : Levels
+        First guess.
+    prior : (3,)
+        Variances at the start of a stretch.
+    known : (g,)
+        Standard deviations that are given; NaN where they are to be estimated.
+    """
+    from scipy.optimize import minimize
+
+    thin, which = thin_out(rows, group)
+    free = np.flatnonzero(~np.isfinite(known))
+    count = 0
+
+    def levels_of(x: FloatArray) -> tuple[float, FloatArray]:
+        sigma = np.where(np.isfinite(known), known, 0.0)
+        sigma[free] = np.exp(np.clip(x[1:], -34.0, 34.0))
+        return float(np.exp(np.clip(x[0], -80.0, 60.0))), sigma
+
+    def objective(x: FloatArray) -> float:
+        nonlocal count
+        count += 1
+        q, sigma = levels_of(x)
+        variance = np.append(sigma, 1.0)[which] ** 2 * thin.variance
+        return cost(replace(thin, variance=variance), q, prior)
+
+    first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
+    simplex = np.vstack([first, first + np.diag(np.r_[2.0, np.full(len(free), 0.5)])])
+    options = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
+    best = minimize(objective, first, method="Nelder-Mead", options=options)
+    q, sigma = levels_of(np.asarray(best.x))
+    return Levels(q, sigma, count)

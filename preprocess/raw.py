@@ -1,0 +1,177 @@
+"""Samples of one quantity out of a log, in SI units and in Seatrial's frames, at their own times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from ingest.detect import quality_mask
+from ingest.log import Log, Source
+from ingest.units import factor_to_si
+from preprocess import frames
+from preprocess.resolve import Column, numbers, rows_of
+from preprocess.trial import BoolArray, FloatArray
+from preprocess.vessel import Sensor, Vessel
+
+_DEFAULT_UNIT = {"position": "m", "heading": "rad", "yaw_rate": "rad/s", "velocity": "m/s", "depth": "m"}
+_ELEMENT = "["
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Samples of one quantity before cleaning.
+
+    Attributes
+    ----------
+    t : (n,) s
+        Since the log's first record, latency taken off.
+    value : (n,) or (n, 2)
+        SI units and Seatrial's frames; geodetic positions in degrees, see ``geodetic``.
+    flagged : (n,) bool
+        True where the receiver itself calls the sample bad.
+    geodetic, body, relative : bool
+        Latitude and longitude; velocity along body axes; wind relative to the vessel (speed, direction from).
+    """
+
+    quantity: str
+    t: FloatArray
+    value: FloatArray
+    flagged: BoolArray
+    source: Source
+    geodetic: bool = False
+    body: bool = False
+    relative: bool = False
+
+
+def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) -> Raw:
+    """Samples of a source in SI units.
+
+    Parameters
+    ----------
+    log : Log
+    source : Source
+    sensor : Sensor, optional
+        Its ``offset`` (logged less true, SI unit) and ``latency`` (s) are taken off.
+    vessel : Vessel
+        For the magnetic variation.
+    """
+    rows = rows_of(log, source.topic, source.device, f"sensors.{source.quantity}", source.name)
+    columns = {k: _field(rows, source.topic, f) for k, f in source.fields.items()}
+    t = rows.index.to_numpy(dtype=np.int64) * 1e-9 - (sensor.latency if sensor else 0.0)
+    flagged = ~quality_mask(source.options, rows)
+    raw = _CONVERT[source.quantity](Raw(source.quantity, t, np.empty(0), flagged, source), columns, rows)
+    return _corrected(raw, sensor, vessel)
+
+
+def _field(rows: pd.DataFrame, topic: str, field: str) -> FloatArray:
+    if field in rows.columns:
+        return numbers(rows, Column(topic, field))
+    name, _, rest = field.partition(_ELEMENT)
+    return numbers(rows, Column(topic, name, int(rest.rstrip("]"))))
+
+
+def _scale(values: FloatArray, unit: str) -> FloatArray:
+    factor, offset = factor_to_si(unit)
+    return values * factor + offset
+
+
+def _angle_unit(source: Source, values: FloatArray) -> str:
+    """The stated unit; where none is, degrees if the values cannot be radians of one turn."""
+    if source.unit:
+        return source.unit
+    return "deg" if np.nanmax(np.abs(values), initial=0.0) > 2.1 * np.pi else "rad"
+
+
+def _position(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    if "latitude" not in columns:
+        value = np.column_stack([_scale(columns[k], raw.source.unit or "m") for k in ("north", "east")])
+        return replace(raw, value=value)
+    factor = np.degrees(factor_to_si(raw.source.unit or "deg")[0])
+    value = np.column_stack([columns["latitude"], columns["longitude"]]) * factor
+    absent = (value == 0.0).all(axis=1) | (np.abs(value[:, 0]) > 90.0)
+    return replace(raw, value=value, flagged=raw.flagged | absent, geodetic=True)
+
+
+def _heading(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    angle = _scale(columns["value"], _angle_unit(raw.source, columns["value"]))
+    if raw.source.options.get("frame") == "enu":
+        angle = frames.enu_yaw_to_heading(angle)
+    return replace(raw, value=angle * _sign(raw.source))
+
+
+def _yaw_rate(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    rate = _scale(columns["value"], raw.source.unit or "rad/s") * _sign(raw.source)
+    up = raw.source.options.get("frame") in ("enu", "flu")
+    return replace(raw, value=frames.flu_rate_to_yaw_rate(rate) if up else rate)
+
+
+def _velocity(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    source = raw.source
+    if "speed" in columns:
+        speed = _scale(columns["speed"], str(source.options.get("speed_unit", "m/s")))
+        course = _scale(columns["course"], source.unit or "deg")
+        return replace(raw, value=frames.course_to_north_east(speed, course))
+    pair = ("north", "east") if "north" in columns else ("forward", "starboard")
+    value = np.column_stack([_scale(columns[k], source.unit or "m/s") for k in pair])
+    body = pair[0] == "forward"
+    if body and source.options.get("frame") in ("enu", "flu"):
+        value = frames.flu_to_body(value)
+    return replace(raw, value=value, body=body)
+
+
+def _wind(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    source = raw.source
+    speed = _scale(columns["speed"], str(source.options.get("speed_unit", "m/s")))
+    direction = _scale(columns["direction"], source.unit or "deg")
+    relative = str(source.options.get("reference", "true")) in ("relative", "apparent")
+    flag = rows[source.fields["relative"]].to_numpy(dtype=float) if "relative" in source.fields else None
+    if flag is not None:
+        relative = bool(np.nanmean(flag) > 0.5)
+        raw = replace(raw, flagged=raw.flagged | (flag != float(relative)))
+    return replace(raw, value=np.column_stack([speed, direction]), relative=relative)
+
+
+def _scalar(raw: Raw, columns: Mapping[str, FloatArray], rows: pd.DataFrame) -> Raw:
+    return replace(
+        raw, value=_scale(columns["value"], raw.source.unit or _DEFAULT_UNIT.get(raw.quantity, ""))
+    )
+
+
+_CONVERT = {
+    "position": _position,
+    "heading": _heading,
+    "yaw_rate": _yaw_rate,
+    "velocity": _velocity,
+    "wind": _wind,
+    "depth": _scalar,
+    "rudder": _scalar,
+    "propeller": _scalar,
+}
+
+
+def _sign(source: Source) -> float:
+    return float(str(source.options.get("sign", 1.0)))
+
+
+def _corrected(raw: Raw, sensor: Sensor | None, vessel: Vessel) -> Raw:
+    """Take the declared offset off, add the magnetic variation, and keep strictly increasing times only."""
+    value = raw.value
+    if sensor is not None and sensor.offset and value.ndim == 1:
+        value = value - sensor.offset
+    if raw.quantity == "heading" and raw.source.options.get("magnetic"):
+        value = value + vessel.magnetic_variation
+    return strictly_increasing(replace(raw, value=value))
+
+
+def strictly_increasing(raw: Raw) -> Raw:
+    """Drop rows with no number, and all but the first of rows that share a time."""
+    finite = np.isfinite(raw.value) if raw.value.ndim == 1 else np.isfinite(raw.value).all(axis=1)
+    keep = finite.copy()
+    t = raw.t[finite]
+    first = np.ones(len(t), dtype=bool)
+    first[1:] = np.diff(np.maximum.accumulate(t)) > 0 if len(t) else False
+    keep[np.flatnonzero(finite)] = first
+    return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep])

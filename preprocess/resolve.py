@@ -1,0 +1,186 @@
+"""Names to columns: where in a log a quantity or an input is taken from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from ingest.errors import MissingQuantity, MissingSignal
+from ingest.log import SOURCE, Log, Source
+from preprocess.trial import FloatArray
+from preprocess.vessel import Sensor
+
+_INDEX = re.compile(r"^(?P<field>.*)\[(?P<index>\d+)\]$")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A place in a log: topic, column and, for arrays, the element."""
+
+    topic: str
+    field: str
+    element: int | None = None
+
+
+def find_column(log: Log, signal: str, key: str) -> Column:
+    """The column that ``TOPIC.FIELD`` (or ``FIELD``, or ``TOPIC.FIELD[2]``) names.
+
+    Parameters
+    ----------
+    log : Log
+    signal : str
+        As ``seatrial inspect`` prints it.
+    key : str
+        Key of the campaign that names it, for the message.
+
+    Raises
+    ------
+    MissingSignal
+        With the nearest names.
+    """
+    for topic in sorted(log.tables, key=len, reverse=True):
+        prefix = f"{topic}." if topic else ""
+        if signal.startswith(prefix):
+            found = _column_of(log.tables[topic], topic, signal[len(prefix) :])
+            if found is not None:
+                return found
+    raise MissingSignal(log.path, key, signal, log.signals)
+
+
+def _column_of(table: pd.DataFrame, topic: str, field: str) -> Column | None:
+    if field in table.columns and field != SOURCE:
+        return Column(topic, field)
+    match = _INDEX.match(field)
+    if match and match["field"] in table.columns:
+        return Column(topic, match["field"], int(match["index"]))
+    return None
+
+
+def rows_of(log: Log, topic: str, device: int | None, key: str, signal: str) -> pd.DataFrame:
+    """The rows of a topic that one device sent (all, where none is named).
+
+    Raises
+    ------
+    MissingSignal
+        If the device sent nothing.
+    """
+    table = log.tables[topic]
+    if device is None:
+        return table
+    if SOURCE not in table.columns:
+        raise MissingSignal(
+            log.path, key, signal, log.signals, f" from source {device} (it names no sources)"
+        )
+    chosen = table[table[SOURCE] == device]
+    if chosen.empty:
+        there = ", ".join(str(int(s)) for s in pd.unique(table[SOURCE].dropna()))
+        raise MissingSignal(log.path, key, signal, log.signals, f" from source {device} (there: {there})")
+    return chosen
+
+
+def numbers(rows: pd.DataFrame, column: Column) -> FloatArray:
+    """The column as floats, (n,); what is not a number becomes NaN."""
+    values = rows[column.field]
+    if column.element is not None:
+        values = values.map(lambda v: v[column.element] if len(v) > column.element else np.nan)
+    return np.asarray(pd.to_numeric(values, errors="coerce"), dtype=float)
+
+
+def choose_source(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
+    """The best detected source of a quantity; of the declared device, where one is declared."""
+    candidates = [s for s in log.sources if s.quantity == quantity and s.topic in log.tables]
+    if sensor is not None and sensor.source is not None:
+        candidates = [s for s in candidates if s.device == sensor.source]
+        if not candidates:
+            known = [s.name for s in log.sources if s.quantity == quantity] or log.signals
+            raise MissingSignal(
+                log.path, f"sensors.{quantity}.source", f"{quantity} of {sensor.source}", known
+            )
+    return max(candidates, key=lambda s: s.rank, default=None)
+
+
+def declared_source(log: Log, sensor: Sensor) -> Source:
+    """A ``Source`` for signals that the campaign names; what a reader knows of them is taken over.
+
+    Raises
+    ------
+    MissingSignal
+    """
+    key = f"sensors.{sensor.quantity}"
+    columns = {_component(c): find_column(log, s, f"{key}.{c}") for c, s in sensor.signals.items()}
+    topics = {c.topic for c in columns.values()}
+    topic = next(iter(columns.values())).topic
+    if len(topics) > 1:
+        names = ", ".join(sensor.signals.values())
+        raise MissingSignal(log.path, key, names, log.signals, " in one topic")
+    fields = {k: c.field if c.element is None else f"{c.field}[{c.element}]" for k, c in columns.items()}
+    known = _known(log, sensor, topic, fields)
+    unit = sensor.unit or (known.unit if known else None) or _stated_unit(log, topic, fields) or ""
+    options: dict[str, object] = dict(known.options) if known else {}
+    if sensor.reference:
+        options["reference"] = sensor.reference
+        options["magnetic"] = sensor.reference == "magnetic"
+    return Source(sensor.quantity, topic, fields, unit, sensor.source, float("inf"), options)
+
+
+def _component(name: str) -> str:
+    return "value" if name == "signal" else name
+
+
+def _known(log: Log, sensor: Sensor, topic: str, fields: Mapping[str, str]) -> Source | None:
+    same = [
+        s
+        for s in log.sources
+        if (s.quantity, s.topic, dict(s.fields)) == (sensor.quantity, topic, dict(fields))
+        and sensor.source in (None, s.device)
+    ]
+    return replace(same[0], device=sensor.source) if same else None
+
+
+def _stated_unit(log: Log, topic: str, fields: Mapping[str, str]) -> str | None:
+    for field in reversed(list(fields.values())):
+        unit = log.units.get((topic, field)) or _unit_in_name(field)
+        if unit:
+            return unit
+    return None
+
+
+def _unit_in_name(field: str) -> str | None:
+    for ending, unit in (
+        ("_deg_s", "deg/s"),
+        ("_rad_s", "rad/s"),
+        ("_deg", "deg"),
+        ("_rad", "rad"),
+        ("_rpm", "rpm"),
+    ):
+        if field.lower().endswith(ending):
+            return unit
+    return None
+
+
+def source_of(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
+    """Where a quantity comes from: as declared, else the best that was detected, else None."""
+    if sensor is not None and sensor.signals:
+        return declared_source(log, sensor)
+    return choose_source(log, quantity, sensor)
+
+
+def require(log: Log, quantity: str, source: Source | None) -> Source:
+    """The source, or the error that says what follows from its absence.
+
+    Raises
+    ------
+    MissingQuantity
+    """
+    if source is not None:
+        return source
+    follows = {
+        "position": "where the vessel went cannot be known",
+        "heading": "the drift angle, and with it sway and surge apart, cannot be known",
+    }
+    cure = f"Name the signal under [sensors.{quantity}] if the log has one that was not recognised."
+    raise MissingQuantity(log.path, quantity, follows.get(quantity, "it is needed"), cure)

@@ -1,0 +1,154 @@
+"""The default smoother: from positions, heading, yaw rate and velocity at their own times to the vessel's motion.
+
+The heading chain (ψ, r, ṙ) is smoothed first; with it the antenna's lever arm is taken off positions and
+velocities, which makes the chains of north and east linear. Body velocities, accelerations and their standard
+deviations follow from both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from preprocess import frames
+from preprocess.chains import Assembled, Segments, Stream, assemble, variances
+from preprocess.kalman import Smoothed, smooth
+from preprocess.levels import Levels, estimate_levels
+from preprocess.trial import FloatArray
+
+COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
+
+
+@dataclass(frozen=True)
+class ChainResult:
+    """A smoothed chain at the wanted times: mean (n, 3, m), covariance (n, 3, 3), NaN outside the segments."""
+
+    t: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    levels: Levels
+    streams: tuple[Stream, ...]
+
+
+def rough_scale(stream: Stream) -> tuple[float, float]:
+    """Robust standard deviation of second differences and typical rate of a stream, for first guesses."""
+    v, t = stream.value[stream.good], stream.t[stream.good]
+    if len(t) < 4:
+        return 1.0, 1.0
+    second = v[2:] - 2.0 * v[1:-1] + v[:-2]
+    noise = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0)
+    span = v[3:] - v[:-3]
+    rate = float(np.percentile(np.abs(span) / (t[3:] - t[:-3])[:, None], 90.0))
+    return max(noise, 1e-9), max(rate, 1e-6)
+
+
+def first_guess(streams: tuple[Stream, ...]) -> tuple[Levels, FloatArray]:
+    """Levels to start the search from, and the prior variances of a stretch."""
+    scales = [rough_scale(s) for s in streams]
+    rate = max(r for s, (_, r) in zip(streams, scales, strict=True) if s.order == 0)
+    sigma = np.array([max(n, s.floor) for s, (n, _) in zip(streams, scales, strict=True)])
+    given = np.array([s.sigma for s in streams])
+    prior = np.array(
+        [1e4 * (rate + 10.0 * sigma[0]) ** 2, 100.0 * (rate + sigma[0]) ** 2, 100.0 * (rate + sigma[0]) ** 2]
+    )
+    return Levels((0.1 * rate + 1e-6) ** 2, np.where(np.isfinite(given), given, sigma)), prior
+
+
+def chain_levels(streams: tuple[Stream, ...], assembled: Assembled) -> tuple[Levels, FloatArray]:
+    """Estimate the levels that are not given; the floors of rounding are kept."""
+    start, prior = first_guess(streams)
+    known = np.array([s.sigma for s in streams])
+    levels = estimate_levels(assembled.rows, assembled.stream, start, prior, known)
+    floors = np.array([s.floor for s in streams])
+    return replace(levels, sigma=np.maximum(levels.sigma, floors)), prior
+
+
+def smooth_chain(
+    streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray, q: float | None = None
+) -> ChainResult:
+    """Smooth one chain at the wanted times; levels that are not given are estimated.
+
+    Parameters
+    ----------
+    streams : tuple of Stream
+    segments : tuple of (start, end)
+    wanted : (n,) s
+    q : float, optional
+        Process intensity, where known.
+    """
+    assembled = assemble(streams, segments, wanted)
+    if q is None:
+        levels, prior = chain_levels(streams, assembled)
+    else:
+        guess, prior = first_guess(streams)
+        levels = Levels(q, guess.sigma)
+    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    smoothed = smooth(rows, levels.q, prior)
+    mean, covariance = at_times(assembled, smoothed, wanted)
+    return ChainResult(wanted, mean, covariance, levels, streams)
+
+
+def at_times(assembled: Assembled, smoothed: Smoothed, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance at the wanted times, NaN where no row is."""
+    t = assembled.rows.t
+    at = np.searchsorted(t, wanted, side="right") - 1
+    hit = (at >= 0) & (t[np.maximum(at, 0)] == wanted) if len(t) else np.zeros(len(wanted), bool)
+    mean = np.full((len(wanted), *smoothed.mean.shape[1:]), np.nan)
+    covariance = np.full((len(wanted), 3, 3), np.nan)
+    mean[hit], covariance[hit] = smoothed.mean[at[hit]], smoothed.covariance[at[hit]]
+    return mean, covariance
+
+
+def at_origin(stream: Stream, heading: ChainResult, arm: tuple[float, float]) -> Stream:
+    """Positions or earth velocities of a point at ``arm``, moved to the campaign's origin by the smoothed heading."""
+    if arm == (0.0, 0.0):
+        return stream
+    at = np.clip(np.searchsorted(heading.t, stream.t), 0, len(heading.t) - 1)
+    psi, r = heading.mean[at, 0, 0], heading.mean[at, 1, 0]
+    move = frames.lever_position(arm, psi) if stream.order == 0 else frames.lever_velocity(arm, psi, r)
+    value = stream.value - np.nan_to_num(move)
+    return replace(stream, value=value)
+
+
+def to_earth(stream: Stream, heading: ChainResult) -> Stream:
+    """Body velocities turned to north and east by the smoothed heading."""
+    at = np.clip(np.searchsorted(heading.t, stream.t), 0, len(heading.t) - 1)
+    psi = heading.mean[at, 0, 0]
+    return replace(stream, value=frames.body_to_earth(stream.value, psi), good=stream.good & np.isfinite(psi))
+
+
+def states(track: ChainResult, heading: ChainResult) -> pd.DataFrame:
+    """Position, heading, body velocities, accelerations and the standard deviation of each.
+
+    Surge and sway accelerations are those of the body components: ``du = a_forward + r v``,
+    ``dv = a_starboard - r u`` (Fossen 2011, eq. 2.18 differentiated).
+    """
+    psi, r, dr = (heading.mean[:, k, 0] for k in range(3))
+    body = frames.earth_to_body(track.mean[:, 1, :], psi)
+    force = frames.earth_to_body(track.mean[:, 2, :], psi)
+    u, v = body.T
+    out = {
+        "t": track.t, "x": track.mean[:, 0, 0], "y": track.mean[:, 0, 1], "psi": psi, "u": u, "v": v, "r": r,
+        "du": force[:, 0] + r * v, "dv": force[:, 1] - r * u, "dr": dr,
+    }  # fmt: skip
+    return pd.DataFrame(out | _sigmas(track.covariance, heading.covariance, out))
+
+
+def _sigmas(track: FloatArray, heading: FloatArray, s: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """First-order propagation of both chains' covariances to the columns of ``states``."""
+    p, rr, psi = track, heading[:, 1, 1], heading[:, 0, 0]
+    u, v, r = s["u"], s["v"], s["r"]
+    variance = {
+        "x": p[:, 0, 0],
+        "y": p[:, 0, 0],
+        "psi": psi,
+        "u": p[:, 1, 1] + v**2 * psi,
+        "v": p[:, 1, 1] + u**2 * psi,
+        "r": rr,
+        "du": p[:, 2, 2] + r**2 * p[:, 1, 1] + v**2 * rr + s["dv"] ** 2 * psi,
+        "dv": p[:, 2, 2] + r**2 * p[:, 1, 1] + u**2 * rr + s["du"] ** 2 * psi,
+        "dr": heading[:, 2, 2],
+    }
+    return {f"sigma_{k}": np.sqrt(np.maximum(x, 0.0)) for k, x in variance.items()}

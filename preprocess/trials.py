@@ -1,0 +1,179 @@
+"""``make_trials``: the logs of a campaign become trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from preprocess import frames
+from preprocess.actuators import read_input
+from preprocess.raw import Raw, read_raw
+from preprocess.resolve import require, source_of
+from preprocess.run_of_log import LoggedRun
+from preprocess.trial import Step, Trial
+from preprocess.vessel import Input, Sensor, Vessel
+
+#: Quantities that a log must have, and those that help.
+NEEDED = ("position", "heading")
+HELPFUL = ("yaw_rate", "velocity", "wind", "depth")
+#: Share of a log that validates where no log of the campaign says which does.
+VALIDATION_SHARE = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """One log's samples in SI units, whole, before anything is judged."""
+
+    run: LoggedRun
+    sensors: Mapping[str, Raw]
+    inputs: Mapping[str, Raw]
+    history: tuple[Step, ...]
+
+
+def make_trials(
+    runs: Sequence[LoggedRun], vessel: Vessel, inputs: Sequence[Input], sensors: Mapping[str, Sensor]
+) -> tuple[Trial, ...]:
+    """Clean, align and smooth the logs of a campaign.
+
+    Parameters
+    ----------
+    runs : sequence of LoggedRun
+        In the order of the campaign; the first good fix of the first one is the origin.
+    vessel : Vessel
+    inputs : sequence of Input
+    sensors : mapping of quantity to Sensor
+        Where detection is not enough.
+
+    Returns
+    -------
+    tuple of Trial
+        One per log; two (identify, then validate, of the same name) where a log's role is None.
+
+    Raises
+    ------
+    MissingSignal
+        A signal that the campaign names is not in a log.
+    MissingQuantity
+        A log has no position or no heading.
+    CampaignError
+        An input needs a calibration.
+    """
+    gathered = [gather(run, vessel, inputs, sensors) for run in runs]
+    origin = origin_of(gathered)
+    first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
+    trials = []
+    for g in gathered:
+        local = in_metres(g, origin)
+        for role, low, high in parts(local):
+            trials.append(make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc))
+    return tuple(trials)
+
+
+def gather(
+    run: LoggedRun, vessel: Vessel, inputs: Sequence[Input], sensors: Mapping[str, Sensor]
+) -> Gathered:
+    """Samples of every quantity and input that the log has."""
+    log, found, steps = run.log, {}, []
+    for quantity in (*NEEDED, *HELPFUL):
+        sensor = sensors.get(quantity)
+        source = source_of(log, quantity, sensor)
+        if source is None and quantity in NEEDED:
+            require(log, quantity, source)
+        if source is not None:
+            found[quantity] = read_raw(log, source, sensor, vessel)
+            rivals = [s.name for s in log.sources if s.quantity == quantity and s.name != source.name]
+            steps.append(Step("take", _take(quantity, source.name, source.unit, sensor, rivals)))
+    actuators = {}
+    for declared in inputs:
+        actuators[declared.name], how = read_input(log, declared)
+        steps.append(
+            Step("take", {"input": declared.name, "source": actuators[declared.name].source.name, "by": how})
+        )
+    return Gathered(run, found, actuators, tuple(steps))
+
+
+def _take(quantity: str, name: str, unit: str, sensor: Sensor | None, rivals: list[str]) -> dict[str, object]:
+    out: dict[str, object] = {
+        "quantity": quantity,
+        "source": name,
+        "unit": unit,
+        "declared": bool(sensor and sensor.signals),
+    }
+    if sensor is not None and (sensor.offset or sensor.latency):
+        out |= {"offset": sensor.offset, "latency": sensor.latency}
+    return out | ({"not_taken": rivals} if rivals else {})
+
+
+def origin_of(gathered: Sequence[Gathered]) -> tuple[float, float] | None:
+    """The first good fix of the first log that has one, degrees; None where positions are in metres."""
+    for g in gathered:
+        raw = g.sensors["position"]
+        good = np.flatnonzero(~raw.flagged)
+        if raw.geodetic and len(good):
+            latitude, longitude = raw.value[good[0]]
+            return float(latitude), float(longitude)
+    return None
+
+
+def in_metres(g: Gathered, origin: tuple[float, float] | None) -> Gathered:
+    """Positions in the tangent plane at the origin."""
+    raw = g.sensors["position"]
+    if not raw.geodetic or origin is None:
+        return g
+    value = frames.geodetic_to_ned(raw.value[:, 0], raw.value[:, 1], origin)
+    step = Step("geodetic_to_ned", {"latitude": origin[0], "longitude": origin[1]})
+    return replace(
+        g, sensors={**g.sensors, "position": replace(raw, value=value)}, history=(*g.history, step)
+    )
+
+
+def parts(g: Gathered) -> list[tuple[str, float, float]]:
+    """Role and bounds of each part of a log."""
+    t = g.sensors["position"].t
+    low, high = g.run.slice or (-np.inf, np.inf)
+    if g.run.role is not None:
+        return [(g.run.role, low, high)]
+    first, last = max(low, float(t.min(initial=0.0))), min(high, float(t.max(initial=0.0)))
+    border = last - VALIDATION_SHARE * (last - first)
+    return [("identify", low, float(np.nextafter(border, -np.inf))), ("validate", border, high)]
+
+
+def make_trial(
+    g: Gathered,
+    vessel: Vessel,
+    inputs: tuple[Input, ...],
+    role: str,
+    bounds: tuple[float, float],
+    origin: tuple[float, float] | None,
+    first_utc: int | None,
+) -> Trial:
+    """One part of one log, cleaned and smoothed."""
+    from preprocess.assembly import process
+
+    made = process(g, vessel, bounds)
+    return Trial(
+        name=g.run.name,
+        role=role,
+        vessel=vessel,
+        inputs_declared=inputs,
+        measurements=made.measurements,
+        inputs=made.inputs,
+        states=made.states,
+        segments=made.segments,
+        start=start_of(g.run, first_utc),
+        utc_ns=g.run.log.utc_ns,
+        origin=origin,
+        manoeuvre=g.run.manoeuvre or made.manoeuvre,
+        findings=made.findings,
+        history=(*g.history, *made.history),
+        depth=g.run.depth if g.run.depth is not None else vessel.depth,
+    )
+
+
+def start_of(run: LoggedRun, first_utc: int | None) -> float:
+    """Campaign time at t = 0, s: UTC where known, else as declared, else 0."""
+    if run.log.utc_ns is not None and first_utc is not None:
+        return (run.log.utc_ns - first_utc) * 1e-9
+    return run.start if run.start is not None else 0.0
