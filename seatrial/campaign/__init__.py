@@ -1,0 +1,8 @@
+"""``campaign.toml``: read, checked, and turned into data."""
+
+from seatrial.campaign.data import Campaign, LogEntry
+from seatrial.campaign.load import load_campaign
+from seatrial.campaign.options import with_options
+from seatrial.campaign.schema import campaign_schema
+
+__all__ = ["Campaign", "LogEntry", "campaign_schema", "load_campaign", "with_options"]
