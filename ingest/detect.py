@@ -30,6 +30,7 @@ Options that the conversion to a trial understands:
 ``reference``        ``"true"`` or ``"relative"`` wind
 ``sign``             −1 where positive is to port
 ``time``             column with the sensor's own time stamp, ``time_unit`` its unit
+``where``            {column: value}: only the rows in which each column has that value
 ===================  ==============================================================================================
 """
 
@@ -47,6 +48,8 @@ from ingest.log import SOURCE, Source
 
 #: Quantities of which a constant zero can be true: a rudder that is kept amidships, a propeller at rest.
 MAY_BE_ZERO = frozenset({"rudder", "propeller"})
+#: Options that name a column.
+COLUMNS = ("quality", "satellites", "hdop", "accuracy", "time")
 
 
 @dataclass(frozen=True)
@@ -107,13 +110,23 @@ def matches(rule: Rule, tables: Mapping[str, pd.DataFrame], span: int) -> Iterat
         for device, rows in per_device(table):
             rank = graded(rule, rows, span)
             if rank is not None:
-                options = {k: v for k, v in rule.options.items() if not missing_column(k, v, table)}
-                yield Source(rule.quantity, topic, rule.fields, rule.unit, device, rank, options)
+                yield Source(rule.quantity, topic, rule.fields, rule.unit, device, rank, known(rule, rows))
 
 
-def missing_column(option: str, value: object, table: pd.DataFrame) -> bool:
-    """Whether an option names a column that this log does not have."""
-    return option in ("quality", "satellites", "hdop", "accuracy", "time") and value not in table.columns
+def known(rule: Rule, rows: pd.DataFrame) -> dict[str, object]:
+    """The options of a rule, without those that name a column that is not there or says nothing."""
+    silent = [k for k in COLUMNS if k in rule.options and not telling(k, rule.options[k], rows)]
+    companions = {
+        name for k in silent for name in (k, f"{k}_scale", f"{k}_unit", f"{k}_min", f"{k}_max", f"{k}_in")
+    }
+    return {k: v for k, v in rule.options.items() if k not in companions}
+
+
+def telling(option: str, column: object, rows: pd.DataFrame) -> bool:
+    """Whether the column that an option names is there; an accuracy must also be positive somewhere."""
+    if column not in rows.columns:
+        return False
+    return option not in ("hdop", "accuracy") or bool((rows[column].to_numpy(dtype=float) > 0.0).any())
 
 
 def per_device(table: pd.DataFrame) -> Iterator[tuple[int | None, pd.DataFrame]]:

@@ -1,0 +1,53 @@
+"""From records of one type to a table: the part that MAVLink, DataFlash and ULog share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+
+def text_column(raw: NDArray[np.bytes_]) -> NDArray[np.object_]:
+    """Decode fixed-size strings: each distinct one once; UTF-8, or else Latin-1."""
+    distinct, which = np.unique(raw, return_inverse=True)
+    texts = np.array([decoded(bytes(t)) for t in distinct], dtype=object)
+    return texts[which.ravel()] if len(texts) else np.empty(0, dtype=object)
+
+
+def decoded(raw: bytes) -> str:
+    """UTF-8, or else Latin-1."""
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def spread(records: NDArray[np.void], fields: Iterable[str]) -> dict[str, NDArray[np.generic]]:
+    """One column per field; an array field gives ``name[0]``, ``name[1]``, …; strings are decoded."""
+    out: dict[str, NDArray[np.generic]] = {}
+    for name in fields:
+        values = records[name]
+        if values.ndim == 2:
+            out.update({f"{name}[{k}]": values[:, k] for k in range(values.shape[1])})
+        else:
+            out[name] = text_column(values) if values.dtype.kind == "S" else values
+    return out
+
+
+def spread_names(name: str, dtype: np.dtype[np.void]) -> list[str]:
+    """Names of the columns that a field becomes."""
+    shape = dtype[name].shape
+    return [f"{name}[{k}]" for k in range(shape[0])] if shape else [name]
+
+
+def without(values: NDArray[np.generic], code: int) -> NDArray[np.generic]:
+    """The values with a "not available" code as NaN; untouched (and integer) where the code does not occur."""
+    missing = values == code
+    return np.where(missing, np.nan, values.astype(float)) if missing.any() else values
+
+
+def table(t_ns: NDArray[np.int64], columns: Mapping[str, NDArray[np.generic]]) -> pd.DataFrame:
+    """Make the table of a topic; strided columns are copied once."""
+    return pd.DataFrame(dict(columns), index=pd.Index(t_ns, name="t_ns"))

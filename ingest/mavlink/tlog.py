@@ -1,0 +1,136 @@
+"""MAVLink telemetry logs (``.tlog``): each frame after its time in eight bytes, big-endian microseconds UTC."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ingest.log import Finding
+from ingest.reader import Decoded, Reader, ReadOptions
+
+STAMP = 8
+#: Stamps from 2000-01-01 to 2100-01-01, in microseconds.
+EARLIEST_US, LATEST_US = 946_684_800_000_000, 4_102_444_800_000_000
+#: A stamp that differs by more than this from the median of its neighbours is broken.
+STRAY_NS = 1_000_000_000
+CANDIDATE = re.compile(rb"(?=(\x00[\x03-\x0e][\s\S]{6})[\xfd\xfe])")
+
+
+def sniff(head: bytes) -> float:
+    """Share of the head that is a chain of stamped frames, by their lengths alone."""
+    best, done = 0, -1
+    for match in CANDIDATE.finditer(head):
+        if match.start() < done:
+            continue
+        end, frames = chain(head, match.start())
+        if frames >= 3 or (frames and end >= len(head)):
+            best, done = best + end - match.start(), end
+    return min(1.0, best / max(len(head), 1))
+
+
+def chain(head: bytes, p: int) -> tuple[int, int]:
+    """Where stamped frames from ``p`` on end, and how many there are."""
+    frames = 0
+    while p + STAMP + 3 <= len(head) and head[p + STAMP] in (0xFD, 0xFE):
+        stamp = int.from_bytes(head[p : p + STAMP], "big")
+        if not EARLIEST_US <= stamp < LATEST_US:
+            break
+        v2, length, flags = head[p + STAMP] == 0xFD, head[p + STAMP + 1], head[p + STAMP + 2]
+        p += STAMP + length + (12 if v2 else 8) + (13 if v2 and flags & 1 else 0)
+        frames += 1
+    return min(p, len(head)), frames
+
+
+def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
+    """Decode a tlog."""
+    from ingest.clock import continue_clock
+    from ingest.detect import detect
+    from ingest.mavlink.damage import damage_findings, uncovered
+    from ingest.mavlink.decode import Timed, decode_frames, field_units, loss_findings, unknown_findings
+    from ingest.mavlink.dialect import DEFAULT, load_dialect
+    from ingest.mavlink.frames import scan
+    from ingest.mavlink.mavlink_rules import RULES, chosen_component
+
+    dialect = load_dialect(str(options.dialect.get("mavlink", DEFAULT)))
+    frames = scan(data, dialect, lead=STAMP)
+    if not (frames.kind >= 0).any():
+        raise ValueError(f"no MAVLink frame of the dialect {dialect.name} with a right checksum")
+    start, end = frames.table["start"], frames.table["end"]
+    t_ns, stamp_findings = stamps(data, start, end)
+    t_ns, clock_findings = continue_clock(t_ns)
+    tables = decode_frames(Timed(data, frames, t_ns), dialect, options.topics)
+    offset, length = uncovered(start - STAMP, end, len(data))
+    return Decoded(
+        tables=tables,
+        units=field_units(tables.keys(), dialect),
+        utc_of_index_zero_ns=0 if EARLIEST_US * 1000 <= t_ns[0] < LATEST_US * 1000 else None,
+        findings=(
+            *damage_findings(offset, length, len(data), cut=True),
+            *stamp_findings,
+            *clock_findings,
+            *unknown_findings(frames, dialect),
+            *loss_findings(frames),
+        ),
+        messages=int((frames.kind >= 0).sum()),
+        bytes_damaged=int(length.sum()),
+        sources=chosen_component(detect(RULES, tables), tables),
+    )
+
+
+def stamps(
+    data: memoryview, start: NDArray[np.int64], end: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], list[Finding]]:
+    """Times of frames; those whose stamp is lost or strays from its neighbours' are interpolated.
+
+    Returns
+    -------
+    t_ns : (n,) int64
+        Nanoseconds UTC.
+    findings : list of Finding
+    """
+    from ingest.mavlink.frames import gather_stamps
+
+    t = gather_stamps(np.frombuffer(data, dtype=np.uint8), np.ascontiguousarray(start))
+    broken = t < 0
+    broken[1:] |= start[1:] - end[:-1] < STAMP
+    broken |= strays(t, broken)
+    if not broken.any() or broken.all():
+        return np.where(broken, 0, t) if broken.all() else t, []
+    good = np.flatnonzero(~broken)
+    base = t[good[0]]
+    t[broken] = base + np.interp(np.flatnonzero(broken), good, (t[good] - base).astype(float)).astype(
+        np.int64
+    )
+    first = int(np.flatnonzero(broken)[0])
+    count = int(broken.sum())
+    message = f"{count} broken time stamps; their times were taken from the neighbours'"
+    return t, [Finding("clock", message, offset=max(int(start[first]) - STAMP, 0), count=count)]
+
+
+def strays(t: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Stamps that differ from the median of five neighbours; (n,) bool."""
+    out = np.zeros(len(t), dtype=bool)
+    good = np.flatnonzero(~broken)
+    if len(good) < 5:
+        return out
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(t[good], 2, mode="reflect"), 5)
+    suspects = np.flatnonzero(not_rising(t[good]))
+    off = np.abs(t[good][suspects] - np.median(windows[suspects], axis=1))
+    out[good[suspects[off > STRAY_NS]]] = True
+    return out
+
+
+def not_rising(t: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Samples within two of a step back; (n,) bool."""
+    back = np.concatenate([[False], np.diff(t) < 0])
+    near = back.copy()
+    for k in (1, 2):
+        near[:-k] |= back[k:]
+        near[k:] |= back[:-k]
+    return near
+
+
+TLOG = Reader("tlog", (".tlog",), sniff, read)
