@@ -51,9 +51,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     heading = smooth_chain(heading_streams(judged), segments, wanted)
     track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted)
     table = states(track, heading)
-    sigma = {
-        s.name: float(x) for c in (heading, track) for s, x in zip(c.streams, c.levels.sigma, strict=True)
-    }
+    judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
+    sigma = _named(heading) | _named(track)
     measurements = {k: measurement(j, sigma.get(k, float("nan"))) for k, j in judged.items()}
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
@@ -67,6 +66,15 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
 
 def _named(chain: ChainResult) -> dict[str, float]:
     return {s.name: float(x) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)}
+
+
+def with_outliers(j: Judged, chains: tuple[ChainResult, ...]) -> Judged:
+    """Take over what the chains set aside."""
+    good = j.good.copy()
+    for stream in (s for c in chains for s in c.streams if s.name == j.raw.quantity):
+        good &= stream.good
+    outliers = int(j.good.sum() - good.sum())
+    return replace(j, good=good, reasons={**j.reasons, **({"outlier": outliers} if outliers else {})})
 
 
 def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
@@ -83,7 +91,7 @@ def sensor_times(judged: Mapping[str, Judged]) -> FloatArray:
 
 def _stream(j: Judged, order: int) -> Stream:
     value = j.raw.value if j.raw.value.ndim == 2 else j.raw.value[:, None]
-    return Stream(j.raw.quantity, j.raw.t, value, order, j.good, floor=j.floor)
+    return Stream(j.raw.quantity, j.raw.t, value, order, j.good, j.good, floor=j.floor)
 
 
 def heading_streams(judged: Mapping[str, Judged]) -> tuple[Stream, ...]:

@@ -26,6 +26,9 @@ class Stream:
     sigma : float
         Given or estimated standard deviation; NaN where not known yet.
     good : (n,) bool
+        In use.
+    candidate : (n,) bool
+        May come into use: not flagged, not repeated.
     floor : float
         Standard deviation below which its noise cannot lie: that of its rounding.
     """
@@ -35,6 +38,7 @@ class Stream:
     value: FloatArray
     order: int
     good: BoolArray
+    candidate: BoolArray
     sigma: float = float("nan")
     floor: float = 0.0
 

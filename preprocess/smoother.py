@@ -14,10 +14,16 @@ import pandas as pd
 
 from preprocess import frames
 from preprocess.chains import Assembled, Segments, Stream, assemble, variances
+from preprocess.gate import gate, truncation
 from preprocess.kalman import Smoothed, smooth
 from preprocess.levels import Levels, estimate_levels
+from preprocess.outliers import sliding_three_sigma
 from preprocess.trial import FloatArray
 
+#: Rounds of estimating noise levels and setting outliers aside.
+ROUNDS = 4
+#: Multiple of the local spread beyond which a sample is not even used for the first estimate.
+GROSS = 6.0
 COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
 
 
@@ -56,13 +62,41 @@ def first_guess(streams: tuple[Stream, ...]) -> tuple[Levels, FloatArray]:
     return Levels((0.1 * rate + 1e-6) ** 2, np.where(np.isfinite(given), given, sigma)), prior
 
 
-def chain_levels(streams: tuple[Stream, ...], assembled: Assembled) -> tuple[Levels, FloatArray]:
+def chain_levels(
+    streams: tuple[Stream, ...], assembled: Assembled, start: Levels, prior: FloatArray
+) -> Levels:
     """Estimate the levels that are not given; the floors of rounding are kept."""
-    start, prior = first_guess(streams)
     known = np.array([s.sigma for s in streams])
     levels = estimate_levels(assembled.rows, assembled.stream, start, prior, known)
     floors = np.array([s.floor for s in streams])
-    return replace(levels, sigma=np.maximum(levels.sigma, floors)), prior
+    return replace(levels, sigma=np.maximum(levels.sigma, floors))
+
+
+def clean_and_level(
+    streams: tuple[Stream, ...], segments: Segments
+) -> tuple[tuple[Stream, ...], Levels, FloatArray]:
+    """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands."""
+    streams = tuple(without_jumps(s) for s in streams)
+    levels, prior = first_guess(streams)
+    nothing = np.empty(0)
+    cut = truncation(streams[0].value.shape[1])
+    for _ in range(ROUNDS):
+        levels = chain_levels(streams, assemble(streams, segments, nothing), levels, prior)
+        cleaned = gate(streams, segments, levels, prior)
+        same = all((a.good == b.good).all() for a, b in zip(cleaned, streams, strict=True))
+        streams = cleaned
+        if same:
+            break
+    given = np.array([np.isfinite(s.sigma) for s in streams])
+    return streams, replace(levels, sigma=np.where(given, levels.sigma, levels.sigma / cut)), prior
+
+
+def without_jumps(stream: Stream) -> Stream:
+    """Set the grossest outliers aside before anything is estimated; they are tried again later."""
+    jumps = np.zeros(len(stream.t), dtype=bool)
+    use = np.flatnonzero(stream.good)
+    jumps[use] = sliding_three_sigma(stream.t[use], stream.value[use], k=GROSS)
+    return replace(stream, good=stream.good & ~jumps)
 
 
 def smooth_chain(
@@ -76,14 +110,14 @@ def smooth_chain(
     segments : tuple of (start, end)
     wanted : (n,) s
     q : float, optional
-        Process intensity, where known.
+        Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
     """
-    assembled = assemble(streams, segments, wanted)
     if q is None:
-        levels, prior = chain_levels(streams, assembled)
+        streams, levels, prior = clean_and_level(streams, segments)
     else:
         guess, prior = first_guess(streams)
-        levels = Levels(q, guess.sigma)
+        levels = replace(guess, q=q)
+    assembled = assemble(streams, segments, wanted)
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
     smoothed = smooth(rows, levels.q, prior)
     mean, covariance = at_times(assembled, smoothed, wanted)

@@ -1,0 +1,122 @@
+"""Outliers of a chain: each sample against what all other samples of all sensors say of it.
+
+The deletion residual (de Jong and Penzer 1998) is the difference between a sample and the smoother run without it;
+its variance is known exactly, including that of the motion between samples, so the rule holds at any rate and in
+hard manoeuvres. Only the worst of neighbours is set aside in one pass, as an outlier also spoils the residuals
+around it; samples that were set aside are tried again against the cleaned motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from preprocess.chains import Assembled, Segments, Stream, assemble, variances
+from preprocess.kalman import Rows, smooth
+from preprocess.levels import Levels
+from preprocess.trial import BoolArray, FloatArray
+
+#: Share of good samples that may be set aside.
+FALSE_ALARMS = 1e-3
+PASSES = 8
+#: Samples on each side that an outlier can spoil.
+REACH = 3
+
+
+def threshold(components: int) -> float:
+    """Length of a standardised residual that only ``FALSE_ALARMS`` of good samples exceed."""
+    from scipy.stats import chi2
+
+    return float(np.sqrt(chi2.isf(FALSE_ALARMS, components)))
+
+
+def truncation(components: int) -> float:
+    """What is left of a standard deviation when the tails beyond the threshold are cut off."""
+    from scipy.stats import chi2
+
+    limit = threshold(components) ** 2
+    return float(np.sqrt(chi2.cdf(limit, components + 2) / chi2.cdf(limit, components)))
+
+
+def gate(streams: tuple[Stream, ...], segments: Segments, levels: Levels, prior: FloatArray) -> tuple[Stream, ...]:
+    """The streams with outliers set aside.
+
+    Parameters
+    ----------
+    streams : tuple of Stream
+        ``candidate`` samples are tested; what is not good there stays out.
+    segments : tuple of (start, end)
+    levels : Levels
+    prior : (3,)
+    """
+    everything = tuple(replace(s, good=s.candidate) for s in streams)
+    assembled = assemble(everything, segments, np.empty(0))
+    aside = _initially_aside(streams, assembled)
+    limit = threshold(streams[0].value.shape[1])
+    for _ in range(PASSES):
+        size = residual_size(assembled, aside, levels, prior)
+        size = size / local_scale(size, assembled)
+        worst = size >= _most_around(size, assembled, aside)
+        new = np.where(aside, size > limit, (size > limit) & worst)
+        if (new == aside).all():
+            break
+        aside = new
+    return tuple(_with_good(s, k, assembled, aside) for k, s in enumerate(streams))
+
+
+def _initially_aside(streams: tuple[Stream, ...], assembled: Assembled) -> BoolArray:
+    aside = np.zeros(len(assembled.stream), dtype=bool)
+    for k, s in enumerate(streams):
+        mine = assembled.stream == k
+        aside[mine] = ~s.good[assembled.sample[mine]]
+    return aside
+
+
+def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior: FloatArray) -> FloatArray:
+    """Length of the standardised difference between each sample and the smoother without it; (n,)."""
+    rows = assembled.rows
+    variance = variances(assembled.stream, levels.sigma)
+    used = Rows(rows.t, np.where(aside, -1, rows.order), rows.value, variance, rows.fresh)
+    out = smooth(used, levels.q, prior)
+    at = np.arange(len(rows.t)), np.maximum(rows.order, 0)
+    outside = rows.value - out.mean[at]
+    outside_variance = variance + out.covariance[at[0], at[1], at[1]]
+    error = np.where(aside[:, None], outside, out.deletion)
+    return np.asarray(np.sqrt((error**2).sum(axis=1) / np.where(aside, outside_variance, out.deletion_variance)))
+
+
+def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> FloatArray:
+    """How much larger residuals are than they should be around each sample (1 at least), by stream; (n,).
+
+    A manoeuvre that is harder than the rest of the log makes all residuals larger for a while: none is an outlier.
+    """
+    from scipy.ndimage import median_filter
+    from scipy.stats import chi2
+
+    usual = np.sqrt(chi2.median(assembled.rows.value.shape[1]))
+    out = np.ones(len(size))
+    for k in range(int(assembled.stream.max(initial=-1)) + 1):
+        mine = np.flatnonzero(assembled.stream == k)
+        if len(mine) >= width:
+            out[mine] = np.maximum(median_filter(size[mine], size=width, mode="nearest") / usual, 1.0)
+    return out
+
+
+def _most_around(size: FloatArray, assembled: Assembled, aside: BoolArray) -> FloatArray:
+    """Largest residual among the samples in use around each, by stream; (n,)."""
+    from scipy.ndimage import maximum_filter1d
+
+    out = np.zeros(len(size))
+    for k in range(int(assembled.stream.max(initial=-1)) + 1):
+        mine = np.flatnonzero((assembled.stream == k) & ~aside)
+        if len(mine):
+            out[mine] = maximum_filter1d(size[mine], size=2 * REACH + 1, mode="nearest")
+    return out
+
+
+def _with_good(s: Stream, k: int, assembled: Assembled, aside: BoolArray) -> Stream:
+    good = s.candidate.copy()
+    mine = assembled.stream == k
+    good[assembled.sample[mine]] = ~aside[mine]
+    return replace(s, good=good)

@@ -1,0 +1,160 @@
+"""The robust 3σ principle as published, and its sliding form for signals with a trend, at uneven times."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from preprocess.trial import BoolArray, FloatArray
+
+#: Makes the median absolute deviation of Gaussian data their standard deviation.
+MAD_TO_SIGMA = 1.4826
+#: Width of the window of the local fit, samples on each side.
+HALF_WINDOW = 6
+
+
+def robust_three_sigma(x: FloatArray, k: float = 3.0) -> BoolArray:
+    """Mark outliers by the robust 3σ principle (Zhu et al. 2019, eqs. 5-7).
+
+    Parameters
+    ----------
+    x : (n,)
+        Values without a trend; on a manoeuvring vessel the rule discards genuine extremes.
+    k : float
+        Multiple of the robust standard deviation.
+
+    Returns
+    -------
+    (n,) bool
+        True for an outlier: ``|x - median| >= k · 1.4826 · MAD``.
+    """
+    centre = np.median(x)
+    error = np.abs(x - centre)
+    scale = MAD_TO_SIGMA * np.median(error)
+    return np.asarray((error >= k * scale) & (error > 0.0))
+
+
+@njit(cache=True)
+def _solve(a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Value at zero of the weighted quadratic with normal matrix ``a`` (moments) and right side ``b``."""
+    m00, m01, m02, m11, m12, m22 = a[0], a[1], a[2], a[2], a[3], a[4]
+    c00 = m11 * m22 - m12 * m12
+    c01 = m02 * m12 - m01 * m22
+    c02 = m01 * m12 - m02 * m11
+    det = m00 * c00 + m01 * c01 + m02 * c02
+    if abs(det) < 1e-12 * abs(m00 * m11 * m22) or det == 0.0:
+        return b[0] / m00 if m00 > 0.0 else np.nan
+    return (c00 * b[0] + c01 * b[1] + c02 * b[2]) / det
+
+
+@njit(cache=True)
+def _weighted(z, y, w, a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    a[:] = 0.0
+    b[:] = 0.0
+    for j in range(len(z)):
+        power = w[j]
+        for k in range(5):
+            a[k] += power
+            if k < 3:
+                b[k] += power * y[j]
+            power *= z[j]
+
+
+@njit(cache=True)
+def _local_fit(t, x, half, rounds, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Residual of each sample from a robust local quadratic through its neighbours (itself left out)."""
+    n = len(t)
+    a, b = np.zeros(5), np.zeros(3)
+    for i in range(n):
+        low, high = max(0, i - half), min(n, i + half + 1)
+        z, y, w = np.empty(high - low - 1), np.empty(high - low - 1), np.ones(high - low - 1)
+        c = 0
+        for j in range(low, high):
+            if j != i:
+                z[c], y[c] = t[j] - t[i], x[j]
+                c += 1
+        scale_t = max(np.max(np.abs(z)), 1e-9)
+        z /= scale_t
+        centre = np.median(y)
+        fit = y - centre
+        for round_ in range(rounds):
+            _weighted(z, y - centre, w, a, b)
+            value = _solve(a, b)
+            _residuals(z, y - centre, w, a, b, fit)
+            s = 1.4826 * np.median(np.abs(fit)) + 1e-12
+            for j in range(len(z)):
+                q = fit[j] / (4.0 * s)
+                if round_ == 0:
+                    w[j] = 1.0 / max(abs(fit[j]) / s, 0.5)
+                else:
+                    w[j] = (1.0 - q * q) ** 2 if abs(q) < 1.0 else 1e-6
+        out[i] = x[i] - centre - value
+
+
+@njit(cache=True)
+def _residuals(z, y, w, a, b, fit):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Residuals of the neighbours from their own weighted quadratic."""
+    m = np.array([[a[0], a[1], a[2]], [a[1], a[2], a[3]], [a[2], a[3], a[4]]])
+    for j in range(3):
+        m[j, j] += 1e-9 * (a[0] + a[4])
+    c = np.linalg.solve(m, b)
+    for j in range(len(z)):
+        fit[j] = y[j] - c[0] - c[1] * z[j] - c[2] * z[j] * z[j]
+
+
+def local_residual(t: FloatArray, x: FloatArray, half: int = HALF_WINDOW, rounds: int = 4) -> FloatArray:
+    """Residual of each sample from a robust quadratic through its neighbours in time.
+
+    Parameters
+    ----------
+    t : (n,) s
+        Strictly increasing, spaced as they come.
+    x : (n,)
+    half : int
+        Neighbours on each side.
+    rounds : int
+        Reweightings (first towards the least absolute residual, then by Tukey's biweight).
+
+    Returns
+    -------
+    (n,)
+        NaN-free; zero where there are fewer than six samples.
+    """
+    out = np.zeros(len(t))
+    if len(t) >= 6:
+        _local_fit(np.asarray(t, float), np.asarray(x, float), half, rounds, out)
+    return out
+
+
+def sliding_three_sigma(t: FloatArray, x: FloatArray, k: float = 3.0, half: int = HALF_WINDOW) -> BoolArray:
+    """Mark outliers by the robust 3σ principle on the residual from a robust local fit.
+
+    Parameters
+    ----------
+    t : (n,) s
+    x : (n,) or (n, m)
+        A signal with a trend; an outlier in one component condemns the sample.
+    k : float
+    half : int
+        Neighbours on each side.
+
+    Notes
+    -----
+    The scale is the larger of that of the whole signal and that of the sample's surroundings, so that a hard
+    manoeuvre, which a quadratic follows less well, is not taken for a row of outliers.
+    """
+    flags = np.zeros(len(t), dtype=bool)
+    for column in np.reshape(x, (len(t), -1)).T:
+        residual = local_residual(t, column, half)
+        flags |= np.abs(residual) > k * spread(residual)
+    return flags
+
+
+def spread(residual: FloatArray, width: int = 25) -> FloatArray:
+    """Robust standard deviation of residuals: of the whole, and of the surroundings where larger; (n,)."""
+    from scipy.ndimage import median_filter
+
+    size = np.abs(residual)
+    whole = MAD_TO_SIGMA * float(np.median(size)) if len(size) else 0.0
+    local = MAD_TO_SIGMA * median_filter(size, size=width, mode="nearest") if len(size) >= width else whole
+    return np.maximum(np.maximum(whole, local), 1e-12)

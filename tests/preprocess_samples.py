@@ -1,0 +1,101 @@
+"""Logs for the tests of preprocessing: a simulated truth, sampled by imperfect sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fixtures.manoeuvres import make_manoeuvre
+from fixtures.simulator import Truth, simulate
+from fixtures.vessels import make_vessel
+from ingest.log import Log
+from preprocess.vessel import Input, Sensor, Vessel
+
+
+@dataclass(frozen=True)
+class Imperfect:
+    """A sensor: rate (Hz), white noise, jitter (share of the interval), share lost, share of outliers (6-30 σ)."""
+
+    rate: float
+    sigma: float
+    jitter: float = 0.1
+    lost: float = 0.0
+    outliers: float = 0.0
+    delay: float = 0.0
+    rounding: float = 0.0
+
+
+def truth_of(vessel="usv", manoeuvre="zigzag", duration=120.0, seed=0, heading=0.4) -> Truth:
+    ship = make_vessel(vessel)
+    return simulate(ship, make_manoeuvre(manoeuvre, ship, duration, seed), seed=seed, heading=heading)
+
+
+def at(truth: Truth, t, name):
+    return np.interp(t, truth.t, getattr(truth, name))
+
+
+def sample(rng, sensor: Imperfect, duration: float, of) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps, values (n, m) and which are outliers."""
+    step = 1.0 / sensor.rate
+    t = np.arange(0.0, duration, step)
+    t = np.clip(t + rng.uniform(-0.5, 0.5, len(t)) * sensor.jitter * step, 0.0, duration)
+    t = np.sort(t[rng.random(len(t)) >= sensor.lost])
+    value = np.column_stack(of(t))
+    value = value + rng.normal(0.0, sensor.sigma, value.shape)
+    bad = rng.random(len(t)) < sensor.outliers
+    size = rng.uniform(6.0, 30.0, len(t)) * sensor.sigma
+    angle = rng.uniform(0.0, 2.0 * np.pi, len(t))
+    push = np.column_stack([np.cos(angle), np.sin(angle)]) if value.shape[1] == 2 else np.sign(np.sin(angle))[:, None]
+    value[bad] += (push * size[:, None])[bad]
+    if sensor.rounding:
+        value = np.round(value / sensor.rounding) * sensor.rounding
+    return t + sensor.delay, value, bad
+
+
+def table(t, names, value) -> pd.DataFrame:
+    index = pd.Index(np.round(t * 1e9).astype("int64"), name="t_ns")
+    return pd.DataFrame(dict(zip(names, value.T, strict=True)), index=index)
+
+
+@dataclass(frozen=True)
+class Sampled:
+    truth: Truth
+    log: Log
+    bad: dict[str, np.ndarray]
+    sensors: dict[str, Sensor]
+    inputs: list[Input]
+    vessel: Vessel
+
+
+def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> Sampled:
+    """A log of ``position``, ``heading``, ``yaw_rate``, ``velocity`` as given, and the inputs at 10 Hz."""
+    rng, end = np.random.default_rng(seed), float(truth.t[-1])
+    cos, sin = lambda t: np.cos(at(truth, t, "psi")), lambda t: np.sin(at(truth, t, "psi"))
+    north = lambda t: at(truth, t, "u") * cos(t) - at(truth, t, "v") * sin(t)
+    east = lambda t: at(truth, t, "u") * sin(t) + at(truth, t, "v") * cos(t)
+    a, b = antenna
+    of = {
+        "position": lambda t: (at(truth, t, "x") + a * cos(t) - b * sin(t), at(truth, t, "y") + a * sin(t) + b * cos(t)),
+        "heading": lambda t: (at(truth, t, "psi"),),
+        "yaw_rate": lambda t: (at(truth, t, "r"),),
+        "velocity": lambda t: (
+            north(t) - at(truth, t, "r") * (a * sin(t) + b * cos(t)),
+            east(t) + at(truth, t, "r") * (a * cos(t) - b * sin(t)),
+        ),
+    }
+    tables, bad, declared = {}, {}, {}
+    for name, sensor in sensors.items():
+        t, value, bad[name] = sample(rng, sensor, end, of[name])
+        names = ["north", "east"] if value.shape[1] == 2 else ["value"]
+        if name == "heading":
+            value = np.mod(value, 2.0 * np.pi)
+        tables[name] = table(np.maximum(t, 0.0), names, value)
+        declared[name] = Sensor(name, {n: f"{name}.{n}" for n in names}, None)
+    names = [f"a{k}" for k in range(truth.inputs.shape[1])]
+    tables["act"] = table(truth.t[::10], names, truth.inputs[::10])
+    inputs = [Input(n, "thruster", f"act.{n}", unit="N") for n in names]
+    vessel = Vessel(truth.vessel.name, truth.vessel.length, truth.vessel.beam, antenna=antenna)
+    return Sampled(truth, Log(Path("made.csv"), "csv", tables), bad, declared, inputs, vessel)
