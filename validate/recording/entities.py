@@ -1,0 +1,64 @@
+"""Where things are in the recording: entity paths, colours and names, for files and for live views alike."""
+
+from __future__ import annotations
+
+from validate.report.names import slug
+
+APPLICATION = "seatrial"
+ELAPSED, UTC = "elapsed", "utc"
+REPORT, VERDICT, EVENTS = "report", "verdict", "events"
+DIAGNOSIS = "diagnosis"
+OVERVIEW = "overview"
+
+RGB = tuple[int, int, int]
+#: Colours that read on the viewer's dark and light ground alike.
+COLOURS: dict[str, RGB] = {
+    "raw": (140, 150, 160),
+    "outliers": (235, 80, 70),
+    "cleaned": (120, 190, 190),
+    "measured": (140, 150, 160),
+    "smoothed": (225, 225, 225),
+    "band": (110, 120, 130),
+    "noise": (110, 120, 130),
+    "before": (240, 150, 70),
+    "after": (80, 165, 250),
+    "commanded": (225, 225, 225),
+    "actuator": (80, 165, 250),
+    "current": (80, 205, 130),
+    "wind": (200, 140, 240),
+}
+
+
+def log_root(name: str) -> str:
+    """Entity under which everything of one log hangs; ``name`` is its unique file name."""
+    return f"logs/{slug(name)}"
+
+
+def plan(name: str, part: str) -> str:
+    """Plan view: ``raw``, ``outliers``, ``smoothed``, ``before``, ``after``, ``hull``, ``current``, ``wind``."""
+    return f"{log_root(name)}/plan/{part}"
+
+
+def chart(name: str, part: str) -> str:
+    """Map view, the same parts in latitude and longitude."""
+    return f"{log_root(name)}/map/{part}"
+
+
+def signal(name: str, signal_name: str, part: str) -> str:
+    """A signal: ``raw``, ``outliers``, ``cleaned``, ``smoothed``, ``band/low``, ``band/high``."""
+    return f"{log_root(name)}/signals/{signal_name}/{part}"
+
+
+def prediction(name: str, channel: str, part: str) -> str:
+    """A channel: ``measured``, ``smoothed``, ``before``, ``after``."""
+    return f"{log_root(name)}/prediction/{channel}/{part}"
+
+
+def residual(name: str, channel: str, part: str) -> str:
+    """Smoothed minus predicted: ``before``, ``after``, ``noise/low``, ``noise/high``."""
+    return f"{log_root(name)}/residual/{channel}/{part}"
+
+
+def actuator(name: str, input_name: str, part: str) -> str:
+    """An input: ``commanded``, ``actuator``."""
+    return f"{log_root(name)}/inputs/{slug(input_name)}/{part}"

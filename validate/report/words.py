@@ -1,0 +1,212 @@
+"""Numbers and findings as a person reads them: degrees, two digits of the error, whole sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from identify.fit import Estimated, Fit, FittedEffect
+from validate.diagnosis import Results, TakenEffect, Verdict
+
+DEGREES = 180.0 / math.pi
+BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
+          Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits and a true minus sign; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    if 1e-4 <= abs(value) < 1e5:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        return f"{value:.{decimals}f}".replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa}·10{superscript(int(power))}".replace("-", "−")
+
+
+def superscript(value: int) -> str:
+    """An integer in superscript digits."""
+    return str(value).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def plus_minus(value: float | None, error: float | None) -> str:
+    """``0.178 ± 0.004``: the value to the last digit that its error lets count."""
+    if error is None or not math.isfinite(error) or error <= 0 or value is None or not math.isfinite(value):
+        return number(value, 4)
+    last = last_digit(error)
+    if last < -6 or abs(value) >= 1e6:
+        return f"{number(value, 4)} ± {number(error, 2)}"
+    decimals = max(0, -last)
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
+
+
+def last_digit(error: float) -> int:
+    """Power of ten of the last digit worth writing: two digits of an error that begins with 1-3, else one."""
+    power = math.floor(math.log10(error))
+    return power - 1 if error < 3.55 * 10.0**power else power
+
+
+def interval(value: float, error: float) -> str:
+    """The 95 % interval as ``[low, high]``."""
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return "–"
+    low, high = value - 1.96 * error, value + 1.96 * error
+    last = last_digit(error) if error > 0 else -4
+    if last < -6:
+        return f"[{number(low)}, {number(high)}]"
+    decimals = max(0, -last)
+    return f"[{low:.{decimals}f}, {high:.{decimals}f}]".replace("-", "−")
+
+
+def share(value: float | None) -> str:
+    """An R² with three decimals; far below zero, three digits."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return f"{value:.3f}".replace("-", "−") if value > -10 else number(value)
+
+
+def probability(value: float | None) -> str:
+    """A p-value: ``< 0.001`` below that, two digits above."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return "< 0.001" if value < 0.001 else number(value, 2)
+
+
+def duration(seconds: float | None) -> str:
+    """Seconds as ``12.3 s``, ``4 min 05 s`` or ``1 h 02 min``."""
+    if seconds is None or not math.isfinite(seconds):
+        return "–"
+    whole = round(seconds)
+    if seconds < 100:
+        return f"{seconds:.1f} s"
+    return (
+        f"{whole // 60} min {whole % 60:02d} s"
+        if whole < 3600
+        else f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    )
+
+
+def size(count: int) -> str:
+    """Bytes as ``312 B``, ``24.4 kB``, ``1.2 MB``."""
+    for unit, limit in (("B", 1e3), ("kB", 1e6), ("MB", 1e9)):
+        if count < limit:
+            scaled = count / (limit / 1e3)
+            return f"{scaled:.0f} {unit}" if unit == "B" else f"{scaled:.3g} {unit}"
+    return f"{count / 1e9:.3g} GB"
+
+
+def plain_name(name: str) -> str:
+    """``actuator_lag`` as ``actuator lag``."""
+    return name.replace("_", " ")
+
+
+def joined(items: Iterable[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    words = list(items)
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}" if words else ""
+
+
+def for_reading(p: Estimated) -> tuple[float, float, str]:
+    """Value, error and unit with angles in degrees."""
+    if p.unit == "rad" or p.unit.startswith("rad/"):
+        return p.value * DEGREES, p.stderr * DEGREES, p.unit.replace("rad", "°", 1)
+    return p.value, p.stderr, "" if p.unit == "1" else p.unit
+
+
+def quantity(p: Estimated) -> str:
+    """A parameter with its error and unit, angles in degrees, directions in 0-360."""
+    value, error, unit = for_reading(p)
+    value = value % 360 if p.name == "direction" and math.isfinite(value) else value
+    gap = "" if unit == "°" or not unit else " "
+    return plus_minus(value, error) + gap + unit
+
+
+def effect_words(effect: FittedEffect) -> str:
+    """One effect as a noun phrase with its numbers."""
+    values = {p.name: quantity(p) for p in effect.parameters}
+    if effect.name == "current" and {"speed", "direction"} <= values.keys():
+        return f"a current of {values['speed']} flowing to {values['direction']}"
+    if effect.name == "wind" and {"speed", "direction"} <= values.keys():
+        return f"a wind of {values['speed']} from {values['direction']}"
+    if effect.name == "input_wiring":
+        return wiring_words(effect)
+    numbers = ", ".join(f"{plain_name(k)} {v}" for k, v in values.items())
+    of = f" of {effect.input}" if effect.input else ""
+    return plain_name(effect.name) + of + option_words(effect) + (f" ({numbers})" if numbers else "")
+
+
+def wiring_words(effect: FittedEffect) -> str:
+    """Inputs that are swapped or reversed."""
+    swapped, backwards = effect.options.get("swapped"), effect.options.get("reversed")
+    parts = [f"{joined(map(str, swapped))} swapped"] if isinstance(swapped, (list, tuple)) and swapped else []
+    if isinstance(backwards, (list, tuple)) and backwards:
+        parts.append(f"{joined(map(str, backwards))} reversed")
+    return "input wiring: " + (joined(parts) or "not as declared")
+
+
+def option_words(effect: FittedEffect) -> str:
+    """What of an effect is not a number: form, stream, logs."""
+    options = effect.options
+    form = f" as {options['form']}" if options.get("form") else ""
+    stream = f" of the {plain_name(str(options['stream']))} stream" if options.get("stream") else ""
+    logs = options.get("logs")
+    return (
+        form + stream + (f" in {joined(map(str, logs))}" if isinstance(logs, (list, tuple)) and logs else "")
+    )
+
+
+def look_alikes(effects: Iterable[TakenEffect]) -> list[str]:
+    """Every look-alike once, in order."""
+    return list(dict.fromkeys(plain_name(x) for e in effects for x in e.look_alikes))
+
+
+def error_words(results: Results) -> str:
+    """How the error on unseen logs changed, in the plainest number there is."""
+    before, after = results.validation_before, results.validation_after
+    for what, b, a, unit, scale in (
+        ("position error", before.position_rmse, after.position_rmse, "m", 1.0),
+        ("heading error", before.heading_rmse, after.heading_rmse, "°", DEGREES),
+        ("fitness", before.fitness, after.fitness, "", 1.0),
+    ):
+        if b is not None and a is not None and math.isfinite(b) and math.isfinite(a):
+            verb = "falls" if a < b else "stays" if a == b else "rises"
+            gap = "" if unit == "°" else " "
+            return (
+                f"the {what} on unseen logs {verb} from {number(b * scale)} to {number(a * scale)}{gap}{unit}"
+            )
+    return "no error on unseen logs can be given"
+
+
+def headline(results: Results) -> str:
+    """The answer in one sentence."""
+    found, model = results.diagnosis, results.after.model
+    if found is None:
+        return f"The model {model} was fitted and validated; what it lacks was not searched for."
+    effects = joined(effect_words(e.fitted) for e in found.effects)
+    if found.verdict is Verdict.ADEQUATE:
+        return f"The model {model} lacks nothing that these data can show."
+    if found.verdict is Verdict.EXPLAINED:
+        return f"The model {model} lacked {effects}; with this, {error_words(results)}."
+    if found.verdict is Verdict.AMBIGUOUS:
+        others = joined(look_alikes(found.effects), "or") or "another cause"
+        return (
+            f"The model {model} lacks something: best explained by {effects}, but on these data that cannot be told "
+            f"from {others}; with it, {error_words(results)}."
+        )
+    beside = f" beside {effects}" if effects else ""
+    return f"The model {model} misses something material{beside} that no known effect accounts for."
+
+
+def equations(fit: Fit) -> list[str]:
+    """Linear equations as they were fitted, from the coefficients and their terms."""
+    out = []
+    for dof in dict.fromkeys(p.dof for p in fit.coefficients):
+        terms = [(p.value, p.term or p.name) for p in fit.coefficients if p.dof == dof]
+        signed = [
+            f"{'−' if v < 0 else '+'} {number(abs(v), 4)} {'' if t == '1' else t}".strip() for v, t in terms
+        ]
+        left = {"u": "u̇", "v": "v̇", "r": "ṙ"}.get(dof, dof)
+        out.append(f"{left} = {' '.join(signed).removeprefix('+ ')}")
+    return out
