@@ -8,10 +8,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ingest.log import SOURCE, Finding
+from ingest.log import Finding
 
 #: A clock that goes back by more than this, and stays back, has been set or restarted; by less, records are late.
 RESTART_NS = 1_000_000_000
+#: A time that differs by more than this from the median of its neighbours is broken.
+STRAY_NS = 1_000_000_000
+#: A step forward as large as this is looked at, too.
+LEAP_NS = 3_600_000_000_000
 #: A gap is an interval this many times the usual one, and at least half a second.
 GAP_FACTOR, GAP_NS = 5.0, 500_000_000
 
@@ -58,6 +62,64 @@ def stays_back(t_ns: NDArray[np.int64], i: int, look: int = 16) -> bool:
     return bool(np.median(t_ns[i : i + look]) < t_ns[i - 1])
 
 
+def mended(
+    t_ns: NDArray[np.int64], broken: NDArray[np.bool_], offset: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], list[Finding]]:
+    """Interpolate times that are broken, or stray from their neighbours'.
+
+    Parameters
+    ----------
+    t_ns : (n,) int64
+        In the order of recording.
+    broken : (n,) bool
+        Known to be broken.
+    offset : (n,) int64
+        Where each stands in the file, for the finding.
+
+    Returns
+    -------
+    t_ns : (n,) int64
+        Zero throughout if all are broken.
+    findings : list of Finding
+    """
+    broken = broken | strays(t_ns, broken)
+    if not broken.any():
+        return t_ns, []
+    if broken.all():
+        return np.zeros_like(t_ns), [Finding("clock", "no record has a valid time", count=len(t_ns))]
+    good, bad = np.flatnonzero(~broken), np.flatnonzero(broken)
+    base = t_ns[good[0]]
+    out = t_ns.copy()
+    out[bad] = base + np.interp(bad, good, (t_ns[good] - base).astype(float)).astype(np.int64)
+    message = f"{len(bad)} broken time stamps; their times were taken from the neighbours'"
+    return out, [Finding("clock", message, offset=max(int(offset[bad[0]]), 0), count=len(bad))]
+
+
+def strays(t_ns: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Times that differ from the median of five neighbours, where time does not simply go on; (n,) bool."""
+    out = np.zeros(len(t_ns), dtype=bool)
+    good = np.flatnonzero(~broken)
+    if len(good) < 5:
+        return out
+    t = t_ns[good]
+    suspects = np.flatnonzero(uneasy(t))
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(t, 2, mode="reflect"), 5)[suspects]
+    off = np.abs(t[suspects] - np.median(windows, axis=1))
+    out[good[suspects[off > STRAY_NS]]] = True
+    return out
+
+
+def uneasy(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Samples within two of a step back or of a very large step; (n,) bool."""
+    steps = np.diff(t_ns)
+    jump = np.concatenate([[False], (steps < 0) | (steps > LEAP_NS)])
+    near = jump.copy()
+    for k in (1, 2):
+        near[:-k] |= jump[k:]
+        near[k:] |= jump[:-k]
+    return near
+
+
 def in_order(topic: str, table: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
     """The table with its index sorted (stable), and a finding where it was not."""
     t = table.index.to_numpy()
@@ -77,12 +139,11 @@ def gaps(topic: str, table: pd.DataFrame) -> list[Finding]:
     """One finding for the gaps of a topic that comes regularly."""
     if len(table) < 20:
         return []
-    t = np.unique(table.index.to_numpy())
+    t = table.index.to_numpy()
     steps = np.diff(t)
-    if len(steps) < 10 or np.quantile(steps, 0.75) > 3.0 * np.median(steps):
-        return []
-    wide = np.flatnonzero(steps > max(GAP_FACTOR * float(np.median(steps)), GAP_NS))
-    if not len(wide):
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    wide = np.flatnonzero(steps > max(GAP_FACTOR * usual, GAP_NS))
+    if not len(wide) or np.mean(steps > 3.0 * usual) > 0.25:
         return []
     longest = wide[np.argmax(steps[wide])]
     message = (
@@ -108,10 +169,3 @@ def duplicates(topic: str, table: pd.DataFrame) -> list[Finding]:
         if len(same)
         else []
     )
-
-
-def split_by_source(table: pd.DataFrame) -> list[pd.DataFrame]:
-    """One table per device, or the table itself."""
-    if SOURCE not in table.columns:
-        return [table]
-    return [rows for _, rows in table.groupby(SOURCE, sort=True)]

@@ -14,7 +14,10 @@ def family(module: str) -> tuple[Reader, ...]:
     """The readers of one family; none where it is not there."""
     if importlib.util.find_spec(module) is None:
         return ()
-    readers: tuple[Reader, ...] = getattr(importlib.import_module(module), "READERS", ())
+    try:
+        readers: tuple[Reader, ...] = getattr(importlib.import_module(module), "READERS", ())
+    except ImportError:  # being written
+        return ()
     return readers
 
 

@@ -1,5 +1,6 @@
 """MAVLink and its relatives: tlog, ArduPilot DataFlash (binary and text), PX4 ULog."""
 
+from ingest.mavlink.dataflash import DATAFLASH
 from ingest.mavlink.tlog import TLOG
 
-READERS = (TLOG,)
+READERS = (TLOG, DATAFLASH)

@@ -9,11 +9,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 
-def text_column(raw: NDArray[np.bytes_]) -> NDArray[np.object_]:
-    """Decode fixed-size strings: each distinct one once; UTF-8, or else Latin-1."""
+def text_column(raw: NDArray[np.bytes_], cut: bool = False) -> NDArray[np.object_]:
+    """Decode fixed-size strings: each distinct one once; UTF-8, or else Latin-1.
+
+    Zeros at the end are dropped; with ``cut``, all that follows the first zero.
+    """
     distinct, which = np.unique(raw, return_inverse=True)
-    texts = np.array([decoded(bytes(t)) for t in distinct], dtype=object)
-    return texts[which.ravel()] if len(texts) else np.empty(0, dtype=object)
+    texts = np.empty(len(distinct), dtype=object)
+    texts[:] = [decoded(bytes(t).split(b"\0")[0] if cut else bytes(t)) for t in distinct]
+    return texts[which.ravel()]
 
 
 def decoded(raw: bytes) -> str:

@@ -56,13 +56,15 @@ class Frames:
 
 @compiled
 def crc_table() -> NDArray[np.uint16]:  # pragma: no cover - compiled
-    """Table of CRC-16/MCRF4XX (reflected 0x1021)."""
-    table = np.zeros(256, dtype=np.uint16)
+    """Tables of CRC-16/MCRF4XX (reflected 0x1021) for four bytes at a time, one after the other."""
+    table = np.zeros(1024, dtype=np.uint16)
     for i in range(256):
         crc = i
         for _ in range(8):
             crc = (crc >> 1) ^ 0x8408 if crc & 1 else crc >> 1
         table[i] = crc
+    for i in range(256, 1024):
+        table[i] = (table[i - 256] >> 8) ^ table[table[i - 256] & 0xFF]
     return table
 
 
@@ -89,10 +91,15 @@ def checked(
     b: NDArray[np.uint8], p: int, last: int, extra: int, table: NDArray[np.uint16]
 ) -> bool:  # pragma: no cover - compiled
     """Whether the checksum at ``last`` is that of the bytes from ``p + 1`` and the seed of the type."""
+    low, four = np.uint32(0xFF), p + 1 + (last - p - 1) // 4 * 4
     crc = np.uint32(0xFFFF)
-    for i in range(p + 1, last):
-        crc = (crc >> np.uint32(8)) ^ np.uint32(table[(crc ^ np.uint32(b[i])) & np.uint32(0xFF)])
-    crc = (crc >> np.uint32(8)) ^ np.uint32(table[(crc ^ np.uint32(extra)) & np.uint32(0xFF)])
+    for i in range(p + 1, four, 4):
+        crc ^= np.uint32(b[i]) | np.uint32(b[i + 1]) << np.uint32(8)
+        near = np.uint32(table[768 + (crc & low)]) ^ np.uint32(table[512 + (crc >> np.uint32(8))])
+        crc = near ^ np.uint32(table[256 + b[i + 2]]) ^ np.uint32(table[b[i + 3]])
+    for i in range(four, last):
+        crc = (crc >> np.uint32(8)) ^ np.uint32(table[(crc ^ np.uint32(b[i])) & low])
+    crc = (crc >> np.uint32(8)) ^ np.uint32(table[(crc ^ np.uint32(extra)) & low])
     return bool(crc == (np.uint32(b[last]) | np.uint32(b[last + 1]) << np.uint32(8)))
 
 

@@ -14,8 +14,6 @@ from ingest.reader import Decoded, Reader, ReadOptions
 STAMP = 8
 #: Stamps from 2000-01-01 to 2100-01-01, in microseconds.
 EARLIEST_US, LATEST_US = 946_684_800_000_000, 4_102_444_800_000_000
-#: A stamp that differs by more than this from the median of its neighbours is broken.
-STRAY_NS = 1_000_000_000
 CANDIDATE = re.compile(rb"(?=(\x00[\x03-\x0e][\s\S]{6})[\xfd\xfe])")
 
 
@@ -91,46 +89,13 @@ def stamps(
         Nanoseconds UTC.
     findings : list of Finding
     """
+    from ingest.clock import mended
     from ingest.mavlink.frames import gather_stamps
 
     t = gather_stamps(np.frombuffer(data, dtype=np.uint8), np.ascontiguousarray(start))
     broken = t < 0
     broken[1:] |= start[1:] - end[:-1] < STAMP
-    broken |= strays(t, broken)
-    if not broken.any() or broken.all():
-        return np.where(broken, 0, t) if broken.all() else t, []
-    good = np.flatnonzero(~broken)
-    base = t[good[0]]
-    t[broken] = base + np.interp(np.flatnonzero(broken), good, (t[good] - base).astype(float)).astype(
-        np.int64
-    )
-    first = int(np.flatnonzero(broken)[0])
-    count = int(broken.sum())
-    message = f"{count} broken time stamps; their times were taken from the neighbours'"
-    return t, [Finding("clock", message, offset=max(int(start[first]) - STAMP, 0), count=count)]
-
-
-def strays(t: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Stamps that differ from the median of five neighbours; (n,) bool."""
-    out = np.zeros(len(t), dtype=bool)
-    good = np.flatnonzero(~broken)
-    if len(good) < 5:
-        return out
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(t[good], 2, mode="reflect"), 5)
-    suspects = np.flatnonzero(not_rising(t[good]))
-    off = np.abs(t[good][suspects] - np.median(windows[suspects], axis=1))
-    out[good[suspects[off > STRAY_NS]]] = True
-    return out
-
-
-def not_rising(t: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Samples within two of a step back; (n,) bool."""
-    back = np.concatenate([[False], np.diff(t) < 0])
-    near = back.copy()
-    for k in (1, 2):
-        near[:-k] |= back[k:]
-        near[k:] |= back[:-k]
-    return near
+    return mended(t, broken, start - STAMP)
 
 
 TLOG = Reader("tlog", (".tlog",), sniff, read)

@@ -1,0 +1,238 @@
+"""ArduPilot DataFlash logs (``.bin``): described by their own FMT records, scaled to physical values."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ingest.log import SOURCE
+from ingest.reader import Decoded, Reader, ReadOptions
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ingest.mavlink.dataflash_format import Format, Meanings
+    from ingest.mavlink.dataflash_records import Records
+
+#: Start of an FMT record that describes FMT itself, and of any record.
+FIRST = b"\xa3\x95\x80\x80\x59FMT"
+HEAD = b"\xa3\x95"
+
+
+def sniff(head: bytes) -> float:
+    """Near certain with an FMT record of FMT; possible with many record heads."""
+    if FIRST in head[:4096]:
+        return 0.99
+    if b"\xa3\x95\x80" in head:
+        return 0.8
+    return min(0.5, head.count(HEAD) * 60 / max(len(head), 1)) if head.count(HEAD) > 3 else 0.0
+
+
+def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
+    """Decode a DataFlash log."""
+    from ingest.clock import continue_clock, mended
+    from ingest.detect import detect
+    from ingest.mavlink.damage import damage_findings, uncovered
+    from ingest.mavlink.dataflash_clock import utc_of_zero
+    from ingest.mavlink.dataflash_records import scan
+    from ingest.mavlink.dataflash_rules import RULES
+
+    records = scan(data)
+    formats = formats_in(data, records)
+    if not formats:
+        raise ValueError("no FMT record, so that nothing else can be decoded")
+    t_ns = times(data, records, formats)
+    records, t_ns = plausible(records, t_ns)
+    timed = t_ns >= 0
+    mended_t, stray = mended(t_ns[timed], np.zeros(int(timed.sum()), dtype=bool), records.start[timed])
+    mended_t, restarts = continue_clock(mended_t)
+    t_ns = carried(t_ns, timed, mended_t)
+    formats = meant(data, records, formats)
+    tables = decode(data, records, t_ns, formats, options.topics)
+    utc, utc_findings = utc_of_zero(tables)
+    offset, length = uncovered(records.start, records.start + records.length, len(data))
+    return Decoded(
+        tables=tables,
+        units=units(tables, formats),
+        utc_of_index_zero_ns=utc,
+        findings=(*damage_findings(offset, length, len(data), True), *stray, *restarts, *utc_findings),
+        messages=len(records.start),
+        bytes_damaged=int(length.sum()),
+        sources=detect(RULES, tables),
+    )
+
+
+def rows_of(data: memoryview, start: NDArray[np.int64], layout: np.dtype[np.void]) -> NDArray[np.void]:
+    """Bodies of records of one type, as a structured array."""
+    from ingest.mavlink.dataflash_records import HEADER
+
+    b = np.frombuffer(data, dtype=np.uint8)
+    if not len(start):
+        return np.empty(0, dtype=layout)
+    windows = np.lib.stride_tricks.sliding_window_view(b, layout.itemsize)
+    return np.ascontiguousarray(windows[start + HEADER]).view(layout)[:, 0]
+
+
+def formats_in(data: memoryview, records: Records) -> dict[int, Format]:
+    """The last sound FMT record of each type."""
+    from ingest.mavlink.dataflash_format import FMT_DTYPE, parse_format
+    from ingest.mavlink.dataflash_records import FMT, HEADER
+
+    found = rows_of(data, records.start[records.kind == FMT], FMT_DTYPE)
+    formats = [f for f in map(parse_format, found) if f is not None]
+    return {f.kind: f for f in formats if f.dtype.itemsize + HEADER < 256}
+
+
+def times(data: memoryview, records: Records, formats: dict[int, Format]) -> NDArray[np.int64]:
+    """Nanoseconds since boot of each record; −1 where it carries no time."""
+    from ingest.mavlink.dataflash_records import gather_times
+
+    width = np.zeros(256, dtype=np.int64)
+    for kind, layout in formats.items():
+        width[kind] = layout.time_width
+    return gather_times(np.frombuffer(data, dtype=np.uint8), records.start, records.kind, width)
+
+
+def plausible(records: Records, t_ns: NDArray[np.int64]) -> tuple[Records, NDArray[np.int64]]:
+    """Without weak records whose time does not fit, or whose type was another before a bit flipped."""
+    suspects = np.flatnonzero(records.weak)
+    keep = np.ones(len(records.start), dtype=bool)
+    strong = np.flatnonzero(~records.weak & (t_ns >= 0))
+    if len(suspects) and len(strong):
+        near = strong[np.clip(np.searchsorted(strong, suspects), 0, len(strong) - 1)]
+        keep[suspects] = (t_ns[suspects] < 0) | (np.abs(t_ns[suspects] - t_ns[near]) < 300_000_000_000)
+    keep[suspects[mistaken(records, suspects)]] = False
+    return records.keep(keep), t_ns[keep]
+
+
+def mistaken(records: Records, suspects: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether the way to the next record is the length of a type one bit away; (len(suspects),) bool."""
+    length_of = np.zeros(256, dtype=np.int64)
+    length_of[records.kind] = records.length
+    last = suspects == len(records.start) - 1
+    distance = records.start[np.where(last, suspects, suspects + 1)] - records.start[suspects]
+    others = records.kind[suspects][:, None] ^ (1 << np.arange(8)).astype(np.uint8)
+    longer = distance > records.length[suspects]
+    return np.asarray((length_of[others] == distance[:, None]).any(axis=1) & longer & ~last)
+
+
+def carried(t_ns: NDArray[np.int64], timed: NDArray[np.bool_], good: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Times of all records; one that has none takes that of the record before, or of the first that has one."""
+    out = t_ns.copy()
+    out[timed] = good
+    if not len(good):
+        return np.zeros_like(out)
+    last = np.maximum.accumulate(np.where(timed, np.arange(len(out)), -1))
+    return np.where(last >= 0, out[last], good[0])
+
+
+def meant(data: memoryview, records: Records, formats: dict[int, Format]) -> dict[int, Format]:
+    """The formats with units and instances."""
+    from ingest.mavlink.dataflash_format import with_meaning
+
+    meanings = meanings_in(data, records, formats)
+    return {kind: with_meaning(layout, meanings) for kind, layout in formats.items()}
+
+
+def meanings_in(data: memoryview, records: Records, formats: dict[int, Format]) -> Meanings:
+    """What UNIT, MULT and FMTU records say."""
+    from ingest.mavlink.dataflash_format import Meanings, text
+
+    def named(name: str, *columns: str) -> list[np.void]:
+        layout = next((f for f in formats.values() if f.name == name), None)
+        if layout is None or not set(columns) <= set(layout.columns):
+            return []
+        return list(rows_of(data, records.start[records.kind == layout.kind], layout.dtype))
+
+    return Meanings(
+        units={int(r["Id"]) & 255: text(r["Label"]) for r in named("UNIT", "Id", "Label")},
+        multipliers={int(r["Id"]) & 255: float(r["Mult"]) for r in named("MULT", "Id", "Mult")},
+        by_kind={
+            int(r["FmtType"]): (text(r["UnitIds"]), text(r["MultIds"]))
+            for r in named("FMTU", "FmtType", "UnitIds", "MultIds")
+        },
+    )
+
+
+def decode(
+    data: memoryview,
+    records: Records,
+    t_ns: NDArray[np.int64],
+    formats: dict[int, Format],
+    topics: Collection[str] | None,
+) -> dict[str, pd.DataFrame]:
+    """One table per name and instance: ``GPS``, and ``GPS[1]`` for the next instance."""
+    order = np.argsort(records.kind, kind="stable")
+    kinds, first = np.unique(records.kind[order], return_index=True)
+    tables: dict[str, pd.DataFrame] = {}
+    for kind, rows in zip(kinds, np.split(order, first[1:]), strict=True):
+        layout = formats.get(int(kind))
+        if layout is None or (topics is not None and not wanted(layout.name, topics)):
+            continue
+        rows = rows[records.length[rows] == layout.dtype.itemsize + 3]
+        whole = table_of(layout, rows_of(data, records.start[rows], layout.dtype), t_ns[rows])
+        for topic, part in by_instance(layout, whole).items():
+            tables[topic] = joined(tables.get(topic), part)
+    return tables
+
+
+def wanted(name: str, topics: Collection[str]) -> bool:
+    """Whether any topic is of this name."""
+    return any(t == name or t.startswith(name + "[") for t in topics)
+
+
+def joined(one: pd.DataFrame | None, other: pd.DataFrame) -> pd.DataFrame:
+    """Two tables of the same topic, under one another."""
+    import pandas as pd
+
+    return other if one is None else pd.concat([one, other]).sort_index(kind="stable")
+
+
+def table_of(layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64]) -> pd.DataFrame:
+    """The table of one type of record."""
+    from ingest.mavlink.columns import table, text_column
+    from ingest.mavlink.dataflash_format import scaled
+
+    columns: dict[str, NDArray[np.generic]] = {}
+    for name, letter in zip(layout.columns, layout.letters, strict=True):
+        values = rows[name]
+        if values.ndim == 2:
+            columns.update({f"{name}[{k}]": values[:, k] for k in range(values.shape[1])})
+        elif values.dtype.kind == "S":
+            columns[name] = text_column(values, cut=True)
+        else:
+            columns[name] = scaled(values, letter)
+    return table(t_ns, columns)
+
+
+def by_instance(layout: Format, whole: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """The table by topic: the lowest instance has the plain name, the others their number behind it."""
+    if layout.instance is None or not len(whole):
+        return {layout.name: whole}
+    instance = whole[layout.instance].to_numpy()
+    if instance.dtype.kind not in "iu":
+        return {layout.name: whole}
+    numbers = np.unique(instance)
+    parts = [whole if len(numbers) == 1 else whole[instance == k] for k in numbers]
+    topics = [layout.name, *(f"{layout.name}[{k}]" for k in numbers[1:])]
+    return {t: p.assign(**{SOURCE: int(k)}) for t, p, k in zip(topics, parts, numbers, strict=True)}
+
+
+def units(tables: Collection[str], formats: dict[int, Format]) -> dict[tuple[str, str], str]:
+    """Units of columns, where the log states them."""
+    by_name = {f.name: f for f in formats.values()}
+    found = ((topic, by_name.get(topic.split("[")[0])) for topic in tables)
+    return {
+        (topic, column): unit
+        for topic, layout in found
+        if layout is not None
+        for column, unit in zip(layout.columns, layout.units, strict=True)
+        if unit and unit != "UNKNOWN"
+    }
+
+
+DATAFLASH = Reader("dataflash", (".bin",), sniff, read)
