@@ -1,0 +1,266 @@
+"""Compiled scanner for lines of candump's log style: ``(1502984866.421964) can0 09F112CC#FF725AFF7FFF7FFD``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+#: Kinds of record. A doubtful frame ends where the line does not: glued to the next, or at the end of the file.
+NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
+NEWLINE, RETURN, SPACE, TAB, HASH, OPEN, CLOSE, POINT = 10, 13, 32, 9, 35, 40, 41, 46
+MOST_CHANNELS = 64
+LONGEST_NAME = 16
+
+
+@njit(cache=True)
+def hex_digit(c: int) -> int:
+    """Value of a hexadecimal digit; −1 for anything else."""
+    if 48 <= c <= 57:
+        return c - 48
+    if 65 <= c <= 70:
+        return c - 55
+    if 97 <= c <= 102:
+        return c - 87
+    return -1
+
+
+@njit(cache=True)
+def read_stamp(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
+    """Nanoseconds of ``(seconds.fraction)`` at ``i``, and where it ends (−1: not a stamp)."""
+    n = len(text)
+    seconds, digits = 0, 0
+    i += 1
+    while i < n and 48 <= text[i] <= 57 and digits < 11:
+        seconds = seconds * 10 + text[i] - 48
+        digits += 1
+        i += 1
+    if digits == 0 or digits > 10 or i >= n or text[i] != POINT:
+        return 0, -1
+    i += 1
+    unit, nano = 100_000_000, 0
+    start = i
+    while i < n and 48 <= text[i] <= 57 and i - start < 10:
+        nano += (text[i] - 48) * unit
+        unit //= 10
+        i += 1
+    if i == start or i >= n or text[i] != CLOSE or seconds > 9_000_000_000:
+        return 0, -1
+    return seconds * 1_000_000_000 + nano, i + 1
+
+
+@njit(cache=True)
+def skip_blanks(text: NDArray[np.uint8], i: int) -> int:
+    """First place from ``i`` on that is neither space nor tab."""
+    while i < len(text) and (text[i] == SPACE or text[i] == TAB):
+        i += 1
+    return i
+
+
+@njit(cache=True)
+def read_name(text: NDArray[np.uint8], i: int) -> int:
+    """Where the name of an interface that starts at ``i`` ends (−1: no name)."""
+    start = i
+    while i < len(text) and i - start <= LONGEST_NAME:
+        c = text[i]
+        if c == SPACE or c == TAB:
+            break
+        if c < 33 or c > 126 or c == HASH or c == OPEN or c == CLOSE:
+            return -1
+        i += 1
+    return i if start < i <= start + LONGEST_NAME and i < len(text) else -1
+
+
+@njit(cache=True)
+def read_id(text: NDArray[np.uint8], i: int) -> tuple[int, int, int]:
+    """Identifier at ``i``, number of its digits, place after the ``#`` (−1: no identifier)."""
+    value, digits = 0, 0
+    while i < len(text) and digits < 9:
+        d = hex_digit(text[i])
+        if d < 0:
+            break
+        value = value * 16 + d
+        digits += 1
+        i += 1
+    if (digits != 3 and digits != 8) or i >= len(text) or text[i] != HASH:
+        return 0, 0, -1
+    return value, digits, i + 1
+
+
+@njit(cache=True)
+def read_data(text: NDArray[np.uint8], i: int, out: NDArray[np.uint8]) -> tuple[int, int]:
+    """Data bytes at ``i`` into ``out``: how many (−1: not whole bytes, or too many), and where they end."""
+    count = 0
+    n = len(text)
+    while i < n:
+        high = hex_digit(text[i])
+        if high < 0:
+            break
+        low = hex_digit(text[i + 1]) if i + 1 < n else -1
+        if low < 0 or count == 8:
+            return -1, i
+        out[count] = high * 16 + low
+        count += 1
+        i += 2
+    return count, i
+
+
+@njit(cache=True)
+def line_end(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
+    """What follows a record: (kind, where the record ends)."""
+    n = len(text)
+    j = skip_blanks(text, i)
+    if j < n and j > i and (text[j] == 82 or text[j] == 84):  # the direction, R or T
+        j = skip_blanks(text, j + 1)
+    if j < n and text[j] == RETURN:
+        j += 1
+    if j >= n:
+        return DOUBTFUL, n
+    if text[j] == NEWLINE:
+        return FRAME, j + 1
+    if text[j] == OPEN:
+        return DOUBTFUL, j
+    return NOTHING, i
+
+
+@njit(cache=True)
+def skip_other(text: NDArray[np.uint8], i: int) -> int:
+    """End of the line of a remote or CAN FD frame whose text starts at ``i`` (−1: it is neither)."""
+    c = text[i] if i < len(text) else 0
+    if c != HASH and c != 82:
+        return -1
+    i += 1
+    while i < len(text) and hex_digit(text[i]) >= 0:
+        i += 1
+    kind, end = line_end(text, i)
+    return end if kind != NOTHING else -1
+
+
+@njit(cache=True)
+def channel_index(
+    text: NDArray[np.uint8], start: int, end: int, names: NDArray[np.int64], count: int
+) -> tuple[int, int]:
+    """Index of an interface's name among those seen, and how many have been seen."""
+    length = end - start
+    for k in range(count):
+        if names[k, 1] - names[k, 0] != length:
+            continue
+        same = True
+        for j in range(length):
+            if text[names[k, 0] + j] != text[start + j]:
+                same = False
+                break
+        if same:
+            return k, count
+    if count == len(names):
+        return count - 1, count
+    names[count, 0], names[count, 1] = start, end
+    return count, count + 1
+
+
+@njit(cache=True)
+def count_bytes(text: NDArray[np.uint8], value: int) -> int:
+    """How often a byte occurs."""
+    count = 0
+    for c in text:
+        if c == value:
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def idle_line(text: NDArray[np.uint8], i: int, at_start: bool) -> int:
+    """End of the blank stretch or comment line at ``i``; ``i`` itself if there is none."""
+    n = len(text)
+    c = text[i]
+    if c == NEWLINE or c == RETURN or c == SPACE or c == TAB:
+        return i + 1
+    if c != HASH or not at_start:
+        return i
+    while i < n and text[i] != NEWLINE:
+        if text[i] < 9:
+            return i
+        i += 1
+    return min(i + 1, n)
+
+
+@njit(cache=True)
+def read_record(
+    text: NDArray[np.uint8], i: int, data: NDArray[np.uint8]
+) -> tuple[int, int, int, int, int, int, int, int]:
+    """The record at ``i``: (kind, end, stamp, identifier, its digits, bytes, start and end of the interface's name)."""
+    stamp, j = read_stamp(text, i)
+    if j < 0:
+        return NOTHING, i, 0, 0, 0, 0, 0, 0
+    name_start = skip_blanks(text, j)
+    name_end = read_name(text, name_start)
+    if name_start == j or name_end < 0:
+        return NOTHING, i, 0, 0, 0, 0, 0, 0
+    identifier, digits, j = read_id(text, skip_blanks(text, name_end))
+    if j < 0:
+        return NOTHING, i, 0, 0, 0, 0, 0, 0
+    end = skip_other(text, j)
+    if end > 0:
+        return OTHER, end, 0, 0, 0, 0, 0, 0
+    size, j = read_data(text, j, data)
+    kind, end = line_end(text, j)
+    if size < 0 or kind == NOTHING:
+        return NOTHING, i, 0, 0, 0, 0, 0, 0
+    if identifier >= 0x2000_0000:  # an error frame
+        kind = OTHER
+    return kind, end, stamp, identifier, digits, size, name_start, name_end
+
+
+@njit(cache=True)
+def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
+    """Every record of the log style in ``text``.
+
+    Returns
+    -------
+    time_ns, can_id, extended, channel, dlc, data, doubtful, spans, names, damaged : arrays
+        ``spans`` and ``damaged`` hold start and end of each record and of each damaged stretch, ``names`` those of
+        each interface's name.
+    other : int
+        Number of remote, error and CAN FD frames.
+    """
+    most = count_bytes(text, OPEN) + 1
+    time_ns, can_id = np.empty(most, np.int64), np.empty(most, np.uint32)
+    extended, doubtful = np.empty(most, np.bool_), np.empty(most, np.bool_)
+    channel, dlc = np.empty(most, np.int16), np.empty(most, np.uint8)
+    data = np.zeros((most, 8), np.uint8)
+    spans, names = np.empty((most, 2), np.int64), np.empty((MOST_CHANNELS, 2), np.int64)
+    damaged = np.empty((2 * most + count_bytes(text, NEWLINE), 2), np.int64)
+    n, i, k, channels, holes, other = len(text), 0, 0, 0, 0, 0
+    bad = -1  # where the damaged stretch that is under way began
+    while i < n:
+        kind, end = NOTHING, i
+        if text[i] == OPEN:
+            kind, end, stamp, identifier, digits, size, name_start, name_end = read_record(text, i, data[k])
+        else:
+            end = idle_line(text, i, i == 0 or text[i - 1] == NEWLINE)
+        if end == i:  # neither a record nor blank
+            bad = i if bad < 0 else bad
+            data[k, :] = 0
+            i += 1
+            continue
+        if bad >= 0 and (kind != NOTHING or text[i] == NEWLINE):
+            damaged[holes, 0], damaged[holes, 1] = bad, i
+            holes += 1
+            bad = -1
+        if kind == OTHER:
+            other += 1
+            data[k, :] = 0
+        elif kind != NOTHING:
+            time_ns[k], can_id[k], extended[k] = stamp, identifier, digits == 8
+            dlc[k], doubtful[k] = size, kind == DOUBTFUL
+            spans[k, 0], spans[k, 1] = i, end
+            channel[k], channels = channel_index(text, name_start, name_end, names, channels)
+            k += 1
+        i = end
+    if bad >= 0:
+        damaged[holes, 0], damaged[holes, 1] = bad, n
+        holes += 1
+    columns = (time_ns[:k], can_id[:k], extended[:k], channel[:k], dlc[:k], data[:k], doubtful[:k])
+    return (*columns, spans[:k], names[:channels], damaged[:holes], other)

@@ -1,0 +1,113 @@
+"""Frames that a DBC file describes → one table per message, by column; layouts come from cantools.
+
+An extended identifier is compared exactly; where that fails, without priority and sender, as J1939 and NMEA 2000
+use them: the sender is then the column ``source``. Multiplexed signals are NaN where another page was sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ingest.canbus.frames import Frames
+from ingest.canbus.n2k import Tables, pgn_of, raw_bits, signed_integers
+from ingest.errors import UsageError
+from ingest.log import SOURCE
+
+if TYPE_CHECKING:
+    from cantools.database.can import Database, Message, Signal
+
+
+def decode_dbc(frames: Frames, path: Path) -> tuple[Tables, Frames]:
+    """Tables of the messages that a DBC file describes, and the frames that it does not.
+
+    Raises
+    ------
+    UsageError
+        The file is not there or is no DBC file.
+    """
+    database = load(path)
+    free = np.ones(len(frames), np.bool_)
+    tables: dict[str, pd.DataFrame] = {}
+    units: dict[tuple[str, str], str] = {}
+    for message, rows in matched(database, frames):
+        rows = rows & free
+        free &= ~rows
+        if rows.any():
+            tables[message.name] = table_of(message, frames.take(rows))
+            units |= {(message.name, s.name): s.unit for s in message.signals if s.unit}
+    return Tables(tables, units, (), int((~free).sum())), frames.take(free)
+
+
+def load(path: Path) -> Database:
+    """The database in a DBC file."""
+    import cantools
+
+    try:
+        return cantools.database.load_file(str(path), strict=False)
+    except OSError as error:
+        raise UsageError(
+            f"[can] dbc: expected a DBC file, found none at {path}: {error.strerror}."
+        ) from error
+    except (cantools.database.Error, ValueError) as error:
+        raise UsageError(f"[can] dbc: {path} is no DBC file that cantools can read: {error}.") from error
+
+
+def matched(database: Database, frames: Frames) -> Iterator[tuple[Message, NDArray[np.bool_]]]:
+    """Each message with its frames: first those whose identifiers agree, then those whose PGNs agree."""
+    for message in database.messages:
+        yield message, (frames.can_id == message.frame_id) & (frames.extended == message.is_extended_frame)
+    numbers = pgn_of(frames.can_id)
+    for message in database.messages:
+        if message.is_extended_frame:
+            number = pgn_of(np.array([message.frame_id & 0x1FFF_FFFF], np.uint32))[0]
+            yield message, frames.extended & (numbers == number)
+
+
+def table_of(message: Message, frames: Frames) -> pd.DataFrame:
+    """The table of one message."""
+    columns: dict[str, NDArray[np.generic]] = {}
+    if message.is_extended_frame:
+        columns[SOURCE] = (frames.can_id & 0xFF).astype(np.int16)
+    columns |= {s.name: signal_column(s, message, frames) for s in message.signals}
+    return pd.DataFrame(columns, index=pd.Index(frames.time_ns, name="t_ns"), copy=False)
+
+
+def signal_column(signal: Signal, message: Message, frames: Frames) -> NDArray[np.float64]:
+    """Physical values of one signal; (n,)."""
+    raw, missing = raw_signal(signal, frames)
+    number = raw_number(signal, raw)
+    values = np.asarray(number * float(signal.scale) + float(signal.offset), np.float64)
+    if signal.multiplexer_ids and signal.multiplexer_signal:
+        selector = message.get_signal_by_name(signal.multiplexer_signal)
+        page, absent = raw_signal(selector, frames)
+        missing = missing | absent | ~np.isin(page, np.array(signal.multiplexer_ids, np.uint64))
+    values[missing] = np.nan
+    return values
+
+
+def raw_signal(signal: Signal, frames: Frames) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
+    """Raw bits of a signal, and where the frame is too short for it; (n,)."""
+    start, length = signal.start, signal.length
+    if signal.byte_order == "little_endian":
+        return raw_bits(frames.data, start, length), frames.dlc.astype(np.int64) * 8 < start + length
+    first = 8 * (start // 8) + 7 - start % 8  # counted from the most significant bit of byte 0
+    mirrored = np.ascontiguousarray(frames.data[:, ::-1])
+    width = frames.data.shape[1] * 8
+    return raw_bits(mirrored, width - first - length, length), frames.dlc.astype(
+        np.int64
+    ) * 8 < first + length
+
+
+def raw_number(signal: Signal, raw: NDArray[np.uint64]) -> NDArray[np.generic]:
+    """Raw bits as the number that they stand for."""
+    if signal.is_float:
+        narrow = {16: np.uint16, 32: np.uint32, 64: np.uint64}[signal.length]
+        kind = {16: np.float16, 32: np.float32, 64: np.float64}[signal.length]
+        return raw.astype(narrow).view(kind).astype(np.float64)
+    return signed_integers(raw, signal.length) if signal.is_signed else raw

@@ -1,0 +1,79 @@
+"""From the bytes of a CAN log to tables: transport, stamps, decoding, sources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from ingest.canbus import n2k, utc
+from ingest.canbus.frames import Capture
+from ingest.canbus.sources import sources
+from ingest.canbus.stamps import repaired
+from ingest.log import Finding
+from ingest.reader import Decoded, Reader, ReadOptions
+
+
+def can_reader(
+    name: str,
+    suffixes: tuple[str, ...],
+    sniff: Callable[[bytes], float],
+    transport: Callable[[memoryview], Capture],
+) -> Reader:
+    """A reader for a transport of CAN frames."""
+
+    def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
+        return decoded(repaired(transport(data)), options)
+
+    return Reader(name, suffixes, sniff, read)
+
+
+def decoded(capture: Capture, options: ReadOptions) -> Decoded:
+    """Tables by PGN, and by DBC message where a DBC file is given.
+
+    Raises
+    ------
+    ValueError
+        There are no frames, or none that can be decoded.
+    """
+    if not len(capture.frames) and not capture.packets:
+        raise ValueError("no CAN frames")
+    from_dbc = n2k.Tables({}, {})
+    rest = capture
+    if options.dbc is not None:
+        from ingest.canbus.dbc import decode_dbc
+
+        from_dbc, left = decode_dbc(capture.frames, options.dbc)
+        rest = replace(capture, frames=left)
+    topics = options.topics
+    found = n2k.decode(
+        rest, lambda pgn, name: topics is None or bool({name, str(pgn)} & topics) or pgn in utc.TIMES
+    )
+    tables = {**found.tables, **from_dbc.tables}
+    if not tables and topics is None:
+        raise ValueError("CAN frames, but none of NMEA 2000; a DBC file can tell what they mean: [can] dbc")
+    zero, clock_findings = utc_origin(capture, found)
+    findings = (*capture.findings, *found.findings, *from_dbc.findings, *clock_findings)
+    wanted = {t: v for t, v in tables.items() if topics is None or asked_for(t, topics)}
+    return Decoded(
+        wanted,
+        {key: unit for key, unit in {**found.units, **from_dbc.units}.items() if key[0] in wanted},
+        zero,
+        findings,
+        found.messages + from_dbc.messages,
+        capture.bytes_damaged,
+        sources(wanted),
+    )
+
+
+def asked_for(topic: str, topics: frozenset[str]) -> bool:
+    """Whether a table that was decoded is to be kept: those with the time were decoded for the clock's sake."""
+    numbers = {name: str(pgn) for pgn, name in utc.TIMES.items()}
+    return topic not in numbers or bool({topic, numbers[topic]} & topics)
+
+
+def utc_origin(capture: Capture, found: n2k.Tables) -> tuple[int | None, tuple[Finding, ...]]:
+    """UTC at index 0, and what there is to say about it."""
+    if capture.clock == "utc":
+        return 0, utc.disagreement(found.tables)
+    return utc.utc_of_zero(found.tables), ()
