@@ -1,0 +1,31 @@
+"""The command line: ``seatrial`` or ``python -m seatrial``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from seatrial.cli.app import make_app
+from seatrial.cli.reporting import Reporting, prepare_streams
+from seatrial.stages import foreign_stage
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; always ends in ``SystemExit`` with the exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Without the program's name; default: those of the process.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    prepare_streams()
+    with Reporting(debug="--debug" in words):
+        culprit = foreign_stage()
+        if culprit:
+            raise SystemExit(f"Error: {culprit}")
+        make_app()([word for word in words if word != "--debug"], prog_name="seatrial")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""Progress on stderr: one line per stage, with a bar and the time left while it lasts."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+NAMES = {
+    "ingest": "Reading",
+    "preprocess": "Preprocessing",
+    "identify": "Identifying",
+    "validate": "Validating",
+    "write": "Writing",
+}
+
+
+class StageLines:
+    """A listener to progress: bars on a terminal, one plain line per finished stage elsewhere."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self.console = Console(stderr=True, quiet=quiet)
+        self.live = self.console.is_terminal and not quiet
+        self.bars = Progress(
+            SpinnerColumn(finished_text="[green]✓"),
+            TextColumn("{task.description:<13}"),
+            BarColumn(bar_width=20),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[text]:.24}", markup=False),
+            console=self.console,
+            disable=not self.live,
+        )
+        self.tasks: dict[str, TaskID] = {}
+        self.stage: str | None = None
+        self.began = time.perf_counter()
+
+    def __enter__(self) -> StageLines:
+        self.bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.finish()
+        self.bars.stop()
+
+    def __call__(self, stage: str, text: str = "", fraction: float | None = None) -> None:
+        """Show how far a stage is."""
+        if stage != self.stage:
+            self.finish()
+            self.begin(stage)
+        total = None if fraction is None else 1.0
+        self.bars.update(self.tasks[stage], total=total, completed=fraction or 0.0, text=text)
+
+    def begin(self, stage: str) -> None:
+        """A new line, or the old one of a stage that goes on."""
+        self.stage, self.began = stage, time.perf_counter()
+        if stage not in self.tasks:
+            self.tasks[stage] = self.bars.add_task(NAMES.get(stage, stage.capitalize()), total=None, text="")
+
+    def finish(self) -> None:
+        """Mark the stage that is under way as done."""
+        if self.stage is None:
+            return
+        self.bars.update(self.tasks[self.stage], total=1.0, completed=1.0, text="")
+        if not self.live:
+            seconds = time.perf_counter() - self.began
+            name = NAMES.get(self.stage, self.stage.capitalize())
+            self.console.print(f"{name:<14}{seconds:6.1f} s", markup=False, highlight=False)
+        sys.stderr.flush()

@@ -1,0 +1,131 @@
+"""Tables for a terminal of 80 columns, plain where the output is no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from rich import box
+from rich.console import Console, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from seatrial.inspection import Candidate, FieldFacts, LogFacts, TopicFacts
+
+NARROWEST, WIDEST = 40, 100
+#: Findings that are shown of one log; the rest is in the JSON.
+MOST_FINDINGS = 8
+
+
+def console() -> Console:
+    """Stdout: 80 columns where it is no terminal."""
+    plain = Console(highlight=False)
+    width = max(NARROWEST, min(plain.width, WIDEST)) if plain.is_terminal else 80
+    return Console(highlight=False, width=width)
+
+
+def say(*items: RenderableType) -> None:
+    """Print to stdout."""
+    out = console()
+    for item in items:
+        out.print(item)
+
+
+def table_of(columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> Table:
+    """A table with these columns; those in ``right`` hold numbers."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in columns:
+        table.add_column(
+            name, justify="right" if name in right else "left", overflow="fold", no_wrap=name in right
+        )
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def inspection_tables(facts: LogFacts) -> Iterator[RenderableType]:
+    """What ``seatrial inspect`` prints of one log."""
+    yield Text(facts.path, style="bold")
+    yield Text(head_line(facts))
+    yield from (Text(f"  {line}") for line in finding_lines(facts))
+    yield Text("")
+    if facts.candidates:
+        yield candidate_table(facts.candidates)
+    yield from (Text(line, style="yellow") for line in missing_lines(facts.candidates))
+    yield Text("")
+    yield topic_table(facts.topics)
+
+
+def head_line(facts: LogFacts) -> str:
+    """Format, size, messages, duration and clock in one line."""
+    clock = f"from {facts.utc}" if facts.utc else "without UTC"
+    size = f"{facts.bytes_read:,} bytes, {facts.messages:,} messages"
+    return f"{facts.format}, {size}, {facts.duration_s:.1f} s {clock}"
+
+
+def finding_lines(facts: LogFacts) -> Iterator[str]:
+    """Damage first, then what else was noticed."""
+    share = 100.0 * facts.bytes_damaged / max(facts.bytes_read, 1)
+    yield f"{facts.bytes_damaged:,} bytes damaged ({share:.2g} %)" if facts.bytes_damaged else "no damage"
+    for finding in facts.findings[:MOST_FINDINGS]:
+        at = f" at byte {finding.offset:,}" if finding.offset is not None else ""
+        topic = f" ({finding.topic})" if finding.topic else ""
+        yield f"{finding.kind}: {finding.message}{at}{topic}"
+    if len(facts.findings) > MOST_FINDINGS:
+        yield f"and {len(facts.findings) - MOST_FINDINGS} more findings (--json shows all)"
+
+
+def candidate_table(candidates: Sequence[Candidate]) -> Table:
+    """What looks like what."""
+    rows = [
+        (c.quantity, c.signal, source_text(c.source), c.unit, rate(c.rate_hz), span(c)) for c in candidates
+    ]
+    return table_of(("Looks like", "Signal", "Source", "Unit", "Rate", "Range"), rows, ("Rate",))
+
+
+def missing_lines(candidates: Sequence[Candidate]) -> Iterator[str]:
+    """What a run needs and was not recognised."""
+    there = {c.quantity for c in candidates}
+    for quantity in ("position", "heading"):
+        if quantity not in there:
+            yield f"Nothing looks like {quantity}: name its signal under [sensors.{quantity}]."
+    if not any(q.startswith("input") for q in there):
+        yield "Nothing looks like an input: name the signals under [inputs.NAME]."
+
+
+def topic_table(topics: Sequence[TopicFacts]) -> Table:
+    """Topics with their fields."""
+    rows = [
+        (t.name or "(columns)", f"{t.messages:,}", rate(t.rate_hz), str(t.gaps or ""), fields(t))
+        for t in topics
+    ]
+    return table_of(("Topic", "Messages", "Rate", "Gaps", "Fields"), rows, ("Messages", "Rate", "Gaps"))
+
+
+def fields(topic: TopicFacts) -> str:
+    """Field names with units (and ranges, where names say little), and the devices where there are several."""
+    names = ", ".join(field_text(f, with_range=not topic.name) for f in topic.fields)
+    devices = f"; sources {', '.join(map(str, topic.sources))}" if len(topic.sources) > 1 else ""
+    return names + devices
+
+
+def field_text(field: FieldFacts, with_range: bool) -> str:
+    """One field."""
+    unit = f" [{field.unit}]" if field.unit else ""
+    return f"{field.name}{unit} {span(field.low, field.high) if with_range else ''}".rstrip()
+
+
+def rate(hertz: float | None) -> str:
+    """A rate with three digits."""
+    return f"{hertz:.3g} Hz" if hertz else ""
+
+
+def source_text(source: int | None) -> str:
+    """A device."""
+    return "" if source is None else str(source)
+
+
+def span(low: float | None, high: float | None) -> str:
+    """Least to greatest value."""
+    if low is None or high is None:
+        return ""
+    return f"{low:.4g}…{high:.4g}" if high > low else f"always {low:.4g}"

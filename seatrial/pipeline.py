@@ -1,0 +1,144 @@
+"""The whole pipeline: from the bytes of the logs to the results folder, in a handful of calls."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from validate.analysis import analyse
+
+from ingest import read_log
+from ingest.log import Log
+from preprocess.run_of_log import LoggedRun
+from preprocess.trials import make_trials
+from seatrial.campaign import Campaign, LogEntry, with_options
+from seatrial.parallel import map_tasks
+from seatrial.progress import Progress, Stopwatch, silent
+from seatrial.results_folder import check_replaceable, in_place
+from validate.diagnosis import Results
+from validate.report_files import write_results
+
+#: Logs of less than this in all are read faster here than in processes of their own, bytes.
+WORTH_PROCESSES = 50_000_000
+
+
+def run(
+    campaign: Campaign,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    model: str | None = None,
+    estimator: str | None = None,
+    optimiser: str | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    loop: bool = True,
+    materiality: float = 0.10,
+    progress: Progress = silent,
+) -> Results:
+    """Ingest, preprocess, identify, validate, and find out what the model lacks.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        From ``load_campaign``.
+    out : path-like, optional
+        The results folder; written whole or not at all. Without it nothing is written.
+    model, estimator, optimiser : str, optional
+        In place of what the campaign says.
+    seed : int
+        Same seed, same results.
+    workers : int
+        Processes that read logs. From a script, more than one needs ``if __name__ == "__main__":``.
+    loop : bool
+        Search for what the model lacks.
+    materiality : float
+        Share of a channel's standard deviation above which structure that stays unexplained counts.
+    progress : callable
+        Told ``(stage, text, fraction)`` as the work goes on.
+
+    Raises
+    ------
+    UsageError
+        A name, a log or a signal is wrong (exit status 2 on the command line).
+    DataError
+        The data cannot give an answer (exit status 1).
+    """
+    campaign = with_options(campaign, model, estimator, optimiser)
+    if out is not None:
+        check_replaceable(Path(out))
+    watch = Stopwatch(progress)
+    logs = read_logs(campaign, workers, watch)
+    with watch.during("preprocess"):
+        sensors = {s.quantity: s for s in campaign.sensors}
+        trials = make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors)
+    found = analyse(
+        trials,
+        model=campaign.model,
+        estimator=campaign.estimator,
+        optimiser=campaign.optimiser,
+        seed=seed,
+        loop=loop,
+        materiality=materiality,
+        progress=watch,
+    )
+    results = Results(
+        campaign=str(campaign.path),
+        logs=tuple(logs),
+        trials=tuple(trials),
+        before=found.before,
+        after=found.after,
+        validation_before=found.validation_before,
+        validation_after=found.validation_after,
+        diagnosis=found.diagnosis,
+        predictions=found.predictions,
+        actuators=found.actuators,
+        timing_s=watch.timing(),
+        equations=found.equations,
+        papers=found.papers,
+    )
+    if out is not None:
+        write(results, Path(out), watch)
+    return results
+
+
+def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent) -> list[Log]:
+    """The logs of a campaign, in its order."""
+    total = sum(entry.file.stat().st_size for entry in campaign.logs)
+    logs: dict[int, Log] = {}
+    progress("ingest", "", 0.0)
+    read = partial(read_entry, dbc=campaign.dbc)
+    for done in map_tasks(read, campaign.logs, workers if total > WORTH_PROCESSES else 1):
+        logs[done.index] = done.result()
+        progress("ingest", campaign.logs[done.index].path, len(logs) / len(campaign.logs))
+    return [logs[index] for index in sorted(logs)]
+
+
+def read_entry(entry: LogEntry, dbc: Path | None = None) -> Log:
+    """One log as the campaign says that it is to be read."""
+    return read_log(entry.file, format=entry.format, dialect=entry.dialect, dbc=dbc)
+
+
+def runs_of(campaign: Campaign, logs: Sequence[Log]) -> list[LoggedRun]:
+    """The logs with what the campaign says of each."""
+    return [
+        LoggedRun(
+            name=entry.path,
+            log=log,
+            role=entry.role,
+            manoeuvre=entry.manoeuvre,
+            start=entry.start,
+            slice=entry.slice,
+            depth=entry.depth,
+        )
+        for entry, log in zip(campaign.logs, logs, strict=True)
+    ]
+
+
+def write(results: Results, folder: Path, progress: Progress = silent) -> None:
+    """The results folder, whole or not at all."""
+    progress("write", str(folder), 0.0)
+    with in_place(folder) as unfinished:
+        write_results(results, unfinished)
+    progress("write", str(folder), 1.0)

@@ -1,0 +1,35 @@
+"""The Rerun viewer on a recording."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ingest.errors import UsageError, nearest
+
+RECORDING = "recording.rrd"
+
+
+def recording_in(path: Path) -> Path:
+    """The recording that a path means: itself, or the one of a results folder.
+
+    Raises
+    ------
+    UsageError
+        There is none.
+    """
+    for file in (path, path / RECORDING, path / "results" / RECORDING):
+        if file.is_file():
+            return file
+    there = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+    near = nearest(path.name, there)
+    hint = f" Nearest there: {', '.join(near)}." if near and not path.exists() else ""
+    raise UsageError(
+        f"{path}: no {RECORDING} is there.{hint} `seatrial run` writes one into its results folder."
+    )
+
+
+def viewer_command(recording: Path, web: bool = False) -> list[str]:
+    """The command that opens a recording, bound to this machine alone."""
+    mode = ["--web-viewer"] if web else []
+    return [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", *mode, str(recording)]
