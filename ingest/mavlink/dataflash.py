@@ -100,9 +100,11 @@ def times(data: memoryview, records: Records, formats: dict[int, Format]) -> NDA
 def plausible(records: Records, t_ns: NDArray[np.int64]) -> tuple[Records, NDArray[np.int64]]:
     """Without weak records whose time does not fit, or whose type was another before a bit flipped."""
     suspects = np.flatnonzero(records.weak)
+    if not len(suspects):
+        return records, t_ns
     keep = np.ones(len(records.start), dtype=bool)
     strong = np.flatnonzero(~records.weak & (t_ns >= 0))
-    if len(suspects) and len(strong):
+    if len(strong):
         near = strong[np.clip(np.searchsorted(strong, suspects), 0, len(strong) - 1)]
         keep[suspects] = (t_ns[suspects] < 0) | (np.abs(t_ns[suspects] - t_ns[near]) < 300_000_000_000)
     keep[suspects[mistaken(records, suspects)]] = False
@@ -174,8 +176,9 @@ def decode(
         if layout is None or (topics is not None and not wanted(layout.name, topics)):
             continue
         rows = rows[records.length[rows] == layout.dtype.itemsize + 3]
-        whole = table_of(layout, rows_of(data, records.start[rows], layout.dtype), t_ns[rows])
-        for topic, part in by_instance(layout, whole).items():
+        bodies = rows_of(data, records.start[rows], layout.dtype)
+        for topic, number, which in by_instance(layout, bodies):
+            part = table_of(layout, bodies[which], t_ns[rows][which], number)
             tables[topic] = joined(tables.get(topic), part)
     return tables
 
@@ -192,8 +195,10 @@ def joined(one: pd.DataFrame | None, other: pd.DataFrame) -> pd.DataFrame:
     return other if one is None else pd.concat([one, other]).sort_index(kind="stable")
 
 
-def table_of(layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64]) -> pd.DataFrame:
-    """The table of one type of record."""
+def table_of(
+    layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64], instance: int | None
+) -> pd.DataFrame:
+    """The table of one type of record, or of one instance of it."""
     from ingest.mavlink.columns import table, text_column
     from ingest.mavlink.dataflash_format import scaled
 
@@ -206,20 +211,29 @@ def table_of(layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64]) ->
             columns[name] = text_column(values, cut=True)
         else:
             columns[name] = scaled(values, letter)
+    if instance is not None:
+        columns[SOURCE] = np.full(len(rows), instance, dtype=np.int16)
     return table(t_ns, columns)
 
 
-def by_instance(layout: Format, whole: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """The table by topic: the lowest instance has the plain name, the others their number behind it."""
-    if layout.instance is None or not len(whole):
-        return {layout.name: whole}
-    instance = whole[layout.instance].to_numpy()
-    if instance.dtype.kind not in "iu":
-        return {layout.name: whole}
-    numbers = np.unique(instance)
-    parts = [whole if len(numbers) == 1 else whole[instance == k] for k in numbers]
-    topics = [layout.name, *(f"{layout.name}[{k}]" for k in numbers[1:])]
-    return {t: p.assign(**{SOURCE: int(k)}) for t, p, k in zip(topics, parts, numbers, strict=True)}
+def by_instance(
+    layout: Format, bodies: NDArray[np.void]
+) -> list[tuple[str, int | None, slice | NDArray[np.bool_]]]:
+    """Topic, number and rows of each instance.
+
+    The lowest instance has the plain name, so that it is the same in logs with one; the others have their number
+    behind it.
+    """
+    every = slice(None)
+    if layout.instance is None or not len(bodies) or layout.dtype[layout.instance].kind not in "iu":
+        return [(layout.name, None, every)]
+    instance = np.ascontiguousarray(bodies[layout.instance])
+    lowest = int(instance.min())
+    if lowest == int(instance.max()):
+        return [(layout.name, lowest, every)]
+    numbers = [int(k) for k in np.unique(instance)]
+    names = [layout.name, *(f"{layout.name}[{k}]" for k in numbers[1:])]
+    return [(name, k, instance == k) for name, k in zip(names, numbers, strict=True)]
 
 
 def units(tables: Collection[str], formats: dict[int, Format]) -> dict[tuple[str, str], str]:
@@ -231,7 +245,7 @@ def units(tables: Collection[str], formats: dict[int, Format]) -> dict[tuple[str
         for topic, layout in found
         if layout is not None
         for column, unit in zip(layout.columns, layout.units, strict=True)
-        if unit and unit != "UNKNOWN"
+        if unit not in ("", "UNKNOWN", "instance")
     }
 
 
