@@ -53,6 +53,14 @@ def inside(t: FloatArray, segments: Segments) -> IntArray:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """How the process intensity varies over time: (n,) s, and (n,) natural logarithm of its factor."""
+
+    t: FloatArray
+    log_scale: FloatArray
+
+
+@dataclass(frozen=True)
 class Assembled:
     """Rows with what they came from: ``stream`` and ``sample`` index, -1 where nothing was measured."""
 
@@ -61,7 +69,9 @@ class Assembled:
     sample: IntArray
 
 
-def assemble(streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray) -> Assembled:
+def assemble(
+    streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray, drive: Drive | None = None
+) -> Assembled:
     """Rows of all good samples inside the segments, and a blank row at each wanted time without one.
 
     Parameters
@@ -71,6 +81,8 @@ def assemble(streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray
     segments : tuple of (start, end)
     wanted : (k,) s
         Sorted times at which the state is wanted.
+    drive : Drive, optional
+        How hard the vessel is driven over time; None: evenly.
     """
     used = [np.flatnonzero(s.good & (inside(s.t, segments) >= 0)) for s in streams]
     times = [s.t[i] for s, i in zip(streams, used, strict=True)]
@@ -84,8 +96,21 @@ def assemble(streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray
     )
     order = np.append([s.order for s in streams], -1)[stream]
     at = np.lexsort((order, t))
-    rows = Rows(t[at], order[at].astype(np.int64), value[at], np.ones(len(at)), _fresh(t[at], segments))
+    rows = Rows(
+        t[at],
+        order[at].astype(np.int64),
+        value[at],
+        np.ones(len(at)),
+        _fresh(t[at], segments),
+        _scale(drive, t[at]),
+    )
     return Assembled(rows, stream[at].astype(np.int64), sample[at].astype(np.int64))
+
+
+def _scale(drive: Drive | None, t: FloatArray) -> FloatArray:
+    if drive is None or not len(drive.t):
+        return np.ones(len(t))
+    return np.exp(np.interp(t, drive.t, drive.log_scale))
 
 
 def _fresh(t: FloatArray, segments: Segments) -> BoolArray:

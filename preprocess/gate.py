@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from preprocess.chains import Assembled, Segments, Stream, assemble, variances
-from preprocess.kalman import Rows, smooth
+from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.kalman import smooth
 from preprocess.levels import Levels
 from preprocess.trial import BoolArray, FloatArray
 
@@ -39,7 +39,13 @@ def truncation(components: int) -> float:
     return float(np.sqrt(chi2.cdf(limit, components + 2) / chi2.cdf(limit, components)))
 
 
-def gate(streams: tuple[Stream, ...], segments: Segments, levels: Levels, prior: FloatArray) -> tuple[Stream, ...]:
+def gate(
+    streams: tuple[Stream, ...],
+    segments: Segments,
+    levels: Levels,
+    prior: FloatArray,
+    drive: Drive | None = None,
+) -> tuple[Stream, ...]:
     """The streams with outliers set aside.
 
     Parameters
@@ -51,7 +57,7 @@ def gate(streams: tuple[Stream, ...], segments: Segments, levels: Levels, prior:
     prior : (3,)
     """
     everything = tuple(replace(s, good=s.candidate) for s in streams)
-    assembled = assemble(everything, segments, np.empty(0))
+    assembled = assemble(everything, segments, np.empty(0), drive)
     aside = _initially_aside(streams, assembled)
     limit = threshold(streams[0].value.shape[1])
     for _ in range(PASSES):
@@ -77,13 +83,15 @@ def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior:
     """Length of the standardised difference between each sample and the smoother without it; (n,)."""
     rows = assembled.rows
     variance = variances(assembled.stream, levels.sigma)
-    used = Rows(rows.t, np.where(aside, -1, rows.order), rows.value, variance, rows.fresh)
+    used = replace(rows, order=np.where(aside, -1, rows.order), variance=variance)
     out = smooth(used, levels.q, prior)
     at = np.arange(len(rows.t)), np.maximum(rows.order, 0)
     outside = rows.value - out.mean[at]
     outside_variance = variance + out.covariance[at[0], at[1], at[1]]
     error = np.where(aside[:, None], outside, out.deletion)
-    return np.asarray(np.sqrt((error**2).sum(axis=1) / np.where(aside, outside_variance, out.deletion_variance)))
+    return np.asarray(
+        np.sqrt((error**2).sum(axis=1) / np.where(aside, outside_variance, out.deletion_variance))
+    )
 
 
 def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> FloatArray:

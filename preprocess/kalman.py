@@ -34,6 +34,8 @@ class Rows:
         Of each component.
     fresh : (n,) bool
         True where a new stretch begins: the state is forgotten.
+    scale : (n,)
+        Factor on the process intensity in the interval before the row: more where the vessel is driven harder.
     """
 
     t: FloatArray
@@ -41,16 +43,30 @@ class Rows:
     value: FloatArray
     variance: FloatArray
     fresh: BoolArray
+    scale: FloatArray
 
 
 @dataclass(frozen=True)
 class Smoothed:
-    """Smoothed chain: mean (n, 3, m), covariance (n, 3, 3), deletion residual (n, m) and its variance (n,)."""
+    """A smoothed chain.
+
+    Attributes
+    ----------
+    mean, covariance : (n, 3, m), (n, 3, 3)
+        At each row.
+    deletion, deletion_variance : (n, m), (n,)
+        Sample less the smoother without it, and the variance of that; NaN in blank rows.
+    drive, drive_expected : (n,)
+        Squared length of the smoothed disturbance in the interval before the row, in its own metric, and what it
+        should be if the process intensity there is right.
+    """
 
     mean: FloatArray
     covariance: FloatArray
     deletion: FloatArray
     deletion_variance: FloatArray
+    drive: FloatArray
+    drive_expected: FloatArray
 
 
 @njit(cache=True)
@@ -106,7 +122,7 @@ def _update(m, p, o, value, variance, gain):  # type: ignore[no-untyped-def]  # 
 
 
 @njit(cache=True)
-def _cost(t, order, value, variance, fresh, q, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
     work, gain = np.zeros((3, 3)), np.zeros(3)
     total = 0.0
@@ -114,7 +130,7 @@ def _cost(t, order, value, variance, fresh, q, prior):  # type: ignore[no-untype
         if fresh[i]:
             _restart(m, p, i, order, value, prior)
         else:
-            _predict(m, p, t[i] - t[i - 1], q, work)
+            _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         o = order[i]
         if o < 0:
             continue
@@ -127,14 +143,14 @@ def _cost(t, order, value, variance, fresh, q, prior):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def _forward(t, order, value, variance, fresh, q, prior, means, covariances):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _forward(t, order, value, variance, fresh, scale, q, prior, means, covariances):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
     work, gain = np.zeros((3, 3)), np.zeros(3)
     for i in range(len(t)):
         if fresh[i]:
             _restart(m, p, i, order, value, prior)
         else:
-            _predict(m, p, t[i] - t[i - 1], q, work)
+            _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         means[i] = m
         covariances[i] = p
         if order[i] >= 0:
@@ -200,14 +216,29 @@ def _correct(m, p, a, big, work):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @njit(cache=True)
-def _backward(t, order, value, variance, fresh, means, covariances, deletion, deletion_variance):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _disturbance(a, big, dt, q):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """λ'Qλ and m tr(QΛ): what the disturbance of the interval was, and what was to be expected."""
+    d2, d3 = dt * dt, dt * dt * dt
+    q00, q01, q02 = q * d3 * d2 / 20.0, q * d2 * d2 / 8.0, q * d3 / 6.0
+    q11, q12, q22 = q * d3 / 3.0, q * d2 / 2.0, q * dt
+    found = 0.0
+    for k in range(a.shape[1]):
+        x, y, z = a[0, k], a[1, k], a[2, k]
+        found += q00 * x * x + q11 * y * y + q22 * z * z + 2.0 * (q01 * x * y + q02 * x * z + q12 * y * z)
+    trace = q00 * big[0, 0] + q11 * big[1, 1] + q22 * big[2, 2]
+    trace += 2.0 * (q01 * big[0, 1] + q02 * big[0, 2] + q12 * big[1, 2])
+    return found, trace * a.shape[1]
+
+
+@njit(cache=True)
+def _backward(t, order, value, variance, fresh, scale, q, means, covariances, deletion, sizes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     n, m = value.shape
     a, big, work = np.zeros((3, m)), np.zeros((3, 3)), np.zeros((3, 3))
     gain, c, u = np.zeros(3), np.zeros(3), np.zeros(m)
     for i in range(n - 1, -1, -1):
         if order[i] >= 0:
             d = _absorb(order[i], covariances[i], value[i], means[i], variance[i], a, big, gain, c, u)
-            deletion_variance[i] = 1.0 / d
+            sizes[0, i] = 1.0 / d
             for k in range(m):
                 deletion[i, k] = u[k] / d
         _correct(means[i], covariances[i], a, big, work)
@@ -215,7 +246,9 @@ def _backward(t, order, value, variance, fresh, means, covariances, deletion, de
             a[:] = 0.0
             big[:] = 0.0
         else:
-            _back(a, big, t[i] - t[i - 1], work)
+            dt = t[i] - t[i - 1]
+            sizes[1, i], sizes[2, i] = _disturbance(a, big, dt, q * scale[i])
+            _back(a, big, dt, work)
 
 
 def cost(rows: Rows, q: float, prior: FloatArray) -> float:
@@ -229,24 +262,17 @@ def cost(rows: Rows, q: float, prior: FloatArray) -> float:
     prior : (3,)
         Variances of position, rate and acceleration at the start of a stretch.
     """
-    return float(_cost(rows.t, rows.order, rows.value, rows.variance, rows.fresh, q, prior))
+    r = rows
+    return float(_cost(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, prior))
 
 
 def smooth(rows: Rows, q: float, prior: FloatArray) -> Smoothed:
     """Smooth a chain given its noise levels; see :func:`cost` for the arguments."""
-    n, m = rows.value.shape
+    r = rows
+    n, m = r.value.shape
     means, covariances = np.empty((n, 3, m)), np.empty((n, 3, 3))
-    deletion, deletion_variance = np.full((n, m), np.nan), np.full(n, np.nan)
-    _forward(rows.t, rows.order, rows.value, rows.variance, rows.fresh, q, prior, means, covariances)
-    _backward(
-        rows.t,
-        rows.order,
-        rows.value,
-        rows.variance,
-        rows.fresh,
-        means,
-        covariances,
-        deletion,
-        deletion_variance,
-    )
-    return Smoothed(means, covariances, deletion, deletion_variance)
+    deletion, sizes = np.full((n, m), np.nan), np.zeros((3, n))
+    sizes[0] = np.nan
+    _forward(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, prior, means, covariances)
+    _backward(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, means, covariances, deletion, sizes)
+    return Smoothed(means, covariances, deletion, sizes[0], sizes[1], sizes[2])

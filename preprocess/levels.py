@@ -43,11 +43,18 @@ def thin_out(rows: Rows, group: IntArray) -> tuple[Rows, IntArray]:
     pick = (starts[:, None] + np.arange(size)).ravel()
     fresh = rows.fresh[pick].copy()
     fresh[::size] = True
-    return Rows(rows.t[pick], rows.order[pick], rows.value[pick], rows.variance[pick], fresh), group[pick]
+    return Rows(
+        rows.t[pick], rows.order[pick], rows.value[pick], rows.variance[pick], fresh, rows.scale[pick]
+    ), group[pick]
 
 
 def estimate_levels(
-    rows: Rows, group: IntArray, start: Levels, prior: FloatArray, known: FloatArray
+    rows: Rows,
+    group: IntArray,
+    start: Levels,
+    prior: FloatArray,
+    known: FloatArray,
+    least: FloatArray,
 ) -> Levels:
     """Maximum-likelihood noise levels of a chain.
 
@@ -63,6 +70,8 @@ def estimate_levels(
         Variances at the start of a stretch.
     known : (g,)
         Standard deviations that are given; NaN where they are to be estimated.
+    least : (g,)
+        Standard deviations below which the estimates may not go.
     """
     from scipy.optimize import minimize
 
@@ -72,7 +81,7 @@ def estimate_levels(
 
     def levels_of(x: FloatArray) -> tuple[float, FloatArray]:
         sigma = np.where(np.isfinite(known), known, 0.0)
-        sigma[free] = np.exp(np.clip(x[1:], -34.0, 34.0))
+        sigma[free] = np.maximum(np.exp(np.clip(x[1:], -34.0, 34.0)), least[free])
         return float(np.exp(np.clip(x[0], -80.0, 60.0))), sigma
 
     def objective(x: FloatArray) -> float:
@@ -85,6 +94,6 @@ def estimate_levels(
     first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
     simplex = np.vstack([first, first + np.diag(np.r_[2.0, np.full(len(free), 0.5)])])
     options = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
-    best = minimize(objective, first, method="Nelder-Mead", options=options)
+    best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
     q, sigma = levels_of(np.asarray(best.x))
     return Levels(q, sigma, count)

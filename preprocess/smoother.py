@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 
 from preprocess import frames
-from preprocess.chains import Assembled, Segments, Stream, assemble, variances
+from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.drive import find_drive
 from preprocess.gate import gate, truncation
 from preprocess.kalman import Smoothed, smooth
 from preprocess.levels import Levels, estimate_levels
@@ -24,6 +25,8 @@ from preprocess.trial import FloatArray
 ROUNDS = 4
 #: Multiple of the local spread beyond which a sample is not even used for the first estimate.
 GROSS = 6.0
+#: Share of the noise that a sensor shows alone which it keeps at least.
+OWN_SHARE = 0.5
 COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
 
 
@@ -63,32 +66,58 @@ def first_guess(streams: tuple[Stream, ...]) -> tuple[Levels, FloatArray]:
 
 
 def chain_levels(
-    streams: tuple[Stream, ...], assembled: Assembled, start: Levels, prior: FloatArray
+    streams: tuple[Stream, ...], assembled: Assembled, start: Levels, prior: FloatArray, least: FloatArray
 ) -> Levels:
-    """Estimate the levels that are not given; the floors of rounding are kept."""
+    """Estimate the levels that are not given, not below ``least``."""
     known = np.array([s.sigma for s in streams])
-    levels = estimate_levels(assembled.rows, assembled.stream, start, prior, known)
+    return estimate_levels(assembled.rows, assembled.stream, start, prior, known, least)
+
+
+def own_noise(stream: Stream, segments: Segments) -> float:
+    """Noise that a sensor shows by itself, without the others: a bound on what all together may claim."""
+    alone = (replace(stream, order=0),)
+    start, prior = first_guess(alone)
+    levels = chain_levels(alone, assemble(alone, segments, np.empty(0)), start, prior, np.zeros(1))
+    return float(levels.sigma[0])
+
+
+def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
+    """Standard deviations below which the estimates may not go: rounding, and a part of what each shows alone.
+
+    Two sensors that contradict each other slowly (a gyro and a compass) could otherwise be reconciled by following
+    one of them exactly.
+    """
     floors = np.array([s.floor for s in streams])
-    return replace(levels, sigma=np.maximum(levels.sigma, floors))
+    if len(streams) == 1:
+        return floors
+    return np.maximum(floors, OWN_SHARE * np.array([own_noise(s, segments) for s in streams]))
 
 
 def clean_and_level(
     streams: tuple[Stream, ...], segments: Segments
-) -> tuple[tuple[Stream, ...], Levels, FloatArray]:
-    """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands."""
+) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
+    """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands.
+
+    The drive is adapted for the heading only: for the track it gains nothing (benchmarks/bench_preprocess.py).
+    """
     streams = tuple(without_jumps(s) for s in streams)
     levels, prior = first_guess(streams)
-    nothing = np.empty(0)
+    nothing: FloatArray = np.empty(0)
+    drive: Drive | None = None
     cut = truncation(streams[0].value.shape[1])
-    for _ in range(ROUNDS):
-        levels = chain_levels(streams, assemble(streams, segments, nothing), levels, prior)
-        cleaned = gate(streams, segments, levels, prior)
+    least = least_noise(streams, segments)
+    for k in range(ROUNDS):
+        assembled = assemble(streams, segments, nothing, drive)
+        levels = chain_levels(streams, assembled, levels, prior, least)
+        if k > 0 and streams[0].value.shape[1] == 1:
+            drive = find_drive(streams, assembled, levels, prior)
+        cleaned = gate(streams, segments, levels, prior, drive)
         same = all((a.good == b.good).all() for a, b in zip(cleaned, streams, strict=True))
         streams = cleaned
-        if same:
+        if same and k > 1:
             break
     given = np.array([np.isfinite(s.sigma) for s in streams])
-    return streams, replace(levels, sigma=np.where(given, levels.sigma, levels.sigma / cut)), prior
+    return streams, replace(levels, sigma=np.where(given, levels.sigma, levels.sigma / cut)), prior, drive
 
 
 def without_jumps(stream: Stream) -> Stream:
@@ -113,11 +142,11 @@ def smooth_chain(
         Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
     """
     if q is None:
-        streams, levels, prior = clean_and_level(streams, segments)
+        streams, levels, prior, drive = clean_and_level(streams, segments)
     else:
         guess, prior = first_guess(streams)
-        levels = replace(guess, q=q)
-    assembled = assemble(streams, segments, wanted)
+        levels, drive = replace(guess, q=q), None
+    assembled = assemble(streams, segments, wanted, drive)
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
     smoothed = smooth(rows, levels.q, prior)
     mean, covariance = at_times(assembled, smoothed, wanted)
