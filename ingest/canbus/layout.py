@@ -8,7 +8,7 @@ apart; these are found by encoding an empty message and decoding a few probes wi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from nmea2000 import backend
@@ -18,6 +18,8 @@ from ingest.log import SOURCE
 
 NUMERIC = frozenset({"NUMBER", "MMSI", "PGN", "DURATION", "FIELD_INDEX", "TIME", "DATE", "ADDRESS"})
 CODES = frozenset({"LOOKUP", "INDIRECT_LOOKUP", "BITLOOKUP", "DYNAMIC_FIELD_KEY", "DYNAMIC_FIELD_LENGTH"})
+#: A number of more bits is none; a text may be as long as it likes.
+MOST_BITS = {"STRING_FIX": 1 << 16, "FLOAT": 32}
 #: Field types that become no column: padding, and bytes that mean something only to their maker.
 KINDS = {
     **dict.fromkeys(NUMERIC, "number"),
@@ -76,10 +78,8 @@ class Layout:
     ----------
     pgn : int
     name : str
-        canboat's id: the name of the table.
+        Of the table: canboat's id, or ``pgn65306`` where canboat knows only the range in which the PGN lies.
     fields : tuple of Field
-    match : tuple of (bit, bits, code)
-        What tells it from other variants.
     repeat : Repeat, optional
     skipped : tuple of str
         Fields that become no column: binary, of variable length, or behind such.
@@ -88,7 +88,6 @@ class Layout:
     pgn: int
     name: str
     fields: tuple[Field, ...]
-    match: tuple[tuple[int, int, int], ...] = ()
     repeat: Repeat | None = None
     skipped: tuple[str, ...] = ()
 
@@ -100,35 +99,64 @@ def is_fast(pgn: int) -> bool:
 
 
 @cache
-def is_known(pgn: int) -> bool:
-    """Whether the database knows a PGN."""
-    return bool(backend.DATABASE.pgn_variants(pgn))
+def variants(pgn: int) -> tuple[str, ...]:
+    """Names (canboat's ids) of the definitions of a PGN; () for an unknown PGN."""
+    return tuple(info.id for info in backend.DATABASE.pgn_variants(pgn))
 
 
 @cache
-def layouts(pgn: int) -> tuple[Layout, ...]:
-    """The variants of a PGN, in the order in which canboat tries them; () for an unknown PGN."""
-    return tuple(
-        layout for info in backend.DATABASE.pgn_variants(pgn) if (layout := layout_of(info)) is not None
-    )
+def telling_places(pgn: int) -> tuple[tuple[int, int], ...]:
+    """Offset and length of the fields that may tell the variants of a PGN apart.
+
+    These are the fields that an empty message of some variant does not leave not available.
+    """
+    places: dict[tuple[int, int], None] = {}
+    for info in backend.DATABASE.pgn_variants(pgn):
+        empty = empty_message(info)
+        for f in info.fields if empty else ():
+            if f.field_type in ("NUMBER", "LOOKUP", "PGN") and f.bit_offset is not None and f.bit_length:
+                code = bits_at(empty or b"", f.bit_offset, f.bit_length)
+                if code is not None and code not in blank_codes(f.bit_length):
+                    places[f.bit_offset, f.bit_length] = None
+    return tuple(sorted(places))
 
 
-def layout_of(info: backend.canboat.PgnInfo) -> Layout | None:
-    """The layout of one variant; None where the database cannot encode it, so that nothing tells it apart."""
+def blank_codes(bits: int) -> tuple[int, int]:
+    """Codes for "not available" of an unsigned and of a signed field."""
+    return (1 << bits) - 1, (1 << (bits - 1)) - 1
+
+
+def variant_of(pgn: int, payload: bytes) -> str | None:
+    """Name of the definition by which the package decodes a payload; None where there is none."""
+    message = backend.decode(pgn, payload)
+    return None if message is None else str(message.id)
+
+
+@cache
+def layout(pgn: int, name: str, sample: bytes = b"") -> Layout:
+    """The layout of one variant of a PGN.
+
+    Parameters
+    ----------
+    pgn : int
+    name : str
+        canboat's id.
+    sample : bytes
+        A payload of it, to probe with where the database cannot encode an empty one.
+    """
+    info = backend.DATABASE.pgn_info(name)
     empty = empty_message(info)
-    if empty is None:
-        return None
+    ground = empty or sample
     placed = [f for f in info.fields if f.bit_offset is not None and f.bit_length]
     start, count, counter = repeated_fields(info)
     inside = {f.id for f in info.fields[start : start + count]}
-    fields = {f.id: field_of(info, f, empty) for f in placed if KINDS.get(f.field_type or "NUMBER")}
-    fixed = tuple(f for name, f in fields.items() if name not in inside)
+    described = [f for f in placed if KINDS.get(f.field_type or "NUMBER") and f.bit_length <= MOST_BITS.get(f.field_type, 64)]
+    fields = {f.id: field_of(pgn, info, f, ground, empty is not None) for f in described}
     skipped = [f.id for f in info.fields if f.id not in fields and f.field_type not in ("RESERVED", "SPARE")]
     return Layout(
-        info.pgn,
-        info.id,
-        fixed,
-        tuple(match_of(placed, inside | {counter or ""}, empty)),
+        pgn,
+        f"pgn{pgn}" if name.startswith("0x") else name,
+        tuple(f for key, f in fields.items() if key not in inside),
         repeat_of(info, fields, start, count, counter),
         tuple(skipped),
     )
@@ -161,24 +189,6 @@ def repeat_of(
     return Repeat(tuple(fields[f.id] for f in group if f.id in fields), bits, counter)
 
 
-def match_of(
-    placed: list[backend.canboat.FieldInfo], apart: set[str], empty: bytes
-) -> list[tuple[int, int, int]]:
-    """Place and code of each field that an empty message does not leave not available."""
-    out = []
-    for f in placed:
-        code = bits_at(empty, f.bit_offset, f.bit_length)
-        blank = code in ((1 << f.bit_length) - 1, (1 << (f.bit_length - 1)) - 1)
-        if (
-            f.field_type in ("NUMBER", "LOOKUP", "PGN")
-            and f.id not in apart
-            and code is not None
-            and not blank
-        ):
-            out.append((f.bit_offset, f.bit_length, code))
-    return out
-
-
 def bits_at(payload: bytes, bit: int, bits: int) -> int | None:
     """Raw integer at a place; None beyond the end."""
     if bit + bits > 8 * len(payload):
@@ -186,51 +196,43 @@ def bits_at(payload: bytes, bit: int, bits: int) -> int | None:
     return int.from_bytes(payload, "little") >> bit & ((1 << bits) - 1)
 
 
-def field_of(info: backend.canboat.PgnInfo, f: backend.canboat.FieldInfo, empty: bytes) -> Field:
-    """The column of one field."""
+def field_of(
+    pgn: int, info: backend.canboat.PgnInfo, f: backend.canboat.FieldInfo, ground: bytes, is_empty: bool
+) -> Field:
+    """The column of one field; ``ground`` is a payload to probe with, ``is_empty`` whether it is an empty one."""
     kind = KINDS[f.field_type or "NUMBER"]
-    native = NATIVE_UNITS.get((info.id, f.id))
-    unit, scale, offset = native or (f.unit, f.resolution, f.offset)
+    unit, scale, offset = NATIVE_UNITS.get((info.id, f.id)) or (f.unit, f.resolution, f.offset)
     name = f"{f.id}_" if f.id == SOURCE else f.id
     plain = Field(name, kind, f.bit_offset, f.bit_length, unit=unit or "")
-    if kind in ("float", "text") or f.bit_length > 64:
+    if kind in ("float", "text"):
         return plain
-    probe = prober(info, f, empty)
-    signed = kind == "number" and is_signed(bits_at(empty, f.bit_offset, f.bit_length), probe, f.bit_length)
+    probe = prober(pgn, info, f, ground)
+    empty = bits_at(ground, f.bit_offset, f.bit_length) if is_empty else None
+    signed = kind == "number" and is_signed(empty, probe, f.bit_length)
     low, high = limits(probe, f.bit_length, signed, kind)
-    return Field(
-        name,
-        kind,
-        f.bit_offset,
-        f.bit_length,
-        signed,
-        low,
-        high,
-        float(scale or 1.0) if kind == "number" else 1.0,
-        float(offset or 0.0) if kind == "number" else 0.0,
-        unit or "",
-    )
+    coded = replace(plain, signed=signed, low=low, high=high)
+    return replace(coded, scale=float(scale or 1.0), offset=float(offset or 0.0)) if kind == "number" else coded
 
 
 def prober(
-    info: backend.canboat.PgnInfo, f: backend.canboat.FieldInfo, empty: bytes
+    pgn: int, info: backend.canboat.PgnInfo, f: backend.canboat.FieldInfo, ground: bytes
 ) -> Callable[[int], float | None]:
     """A function that decodes a raw integer as this field."""
-    width = max(len(empty), -(-(f.bit_offset + f.bit_length) // 8))
-    ground = int.from_bytes(empty.ljust(width, b"\xff"), "little")
+    width = max(len(ground), -(-(f.bit_offset + f.bit_length) // 8))
+    number = int.from_bytes(ground.ljust(width, b"\xff"), "little")
     mask = (1 << f.bit_length) - 1
     index = [g.id for g in info.fields].index(f.id)
 
     def decoded(raw: int) -> float | None:
-        number = ground & ~(mask << f.bit_offset) | (raw & mask) << f.bit_offset
-        message = backend.decode(info.pgn, number.to_bytes(width, "little"))
+        changed = number & ~(mask << f.bit_offset) | (raw & mask) << f.bit_offset
+        message = backend.decode(pgn, changed.to_bytes(width, "little"))
         if message is None or message.id != info.id or len(message.fields) <= index:
             return None
         found = message.fields[index]
-        number_or_text = found.raw_value if f.field_type in ("TIME", "DATE") else found.value
-        if number_or_text is None:
+        value = found.raw_value if f.field_type in ("TIME", "DATE") else found.value
+        if value is None:
             return None
-        return float(number_or_text) if isinstance(number_or_text, (int, float)) else 0.0
+        return float(value) if isinstance(value, (int, float)) else 0.0
 
     return decoded
 

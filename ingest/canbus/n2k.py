@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ingest.canbus.fastpacket import assemble
 from ingest.canbus.frames import Capture, Frames, Packets
-from ingest.canbus.layout import Field, Layout, Repeat, is_fast, is_known, layouts
+from ingest.canbus.layout import Field, Layout, Repeat, is_fast, layout, telling_places, variant_of, variants
 from ingest.log import SOURCE, Finding
 
 MOST_REPEATS = 32
@@ -48,27 +48,32 @@ def decode(capture: Capture, wanted: Wanted) -> Tables:
     findings: list[Finding] = []
     messages = 0
     for pgn, packets, lost in packets_by_pgn(capture):
-        known = layouts(pgn)
-        topic = known[0].name if known else str(pgn)
         if lost:
             message = f"{lost} fast packets of PGN {pgn} with a frame missing"
-            findings.append(Finding("damaged", message, topic=topic, count=lost))
+            findings.append(Finding("damaged", message, topic=next(iter(variants(pgn)), None), count=lost))
         decoded = 0
-        for layout, rows in by_variant(known, packets):
+        for name, rows in by_variant(pgn, packets):
             decoded += len(rows)
-            if wanted(pgn, layout.name):
-                tables[layout.name] = table_of(layout, rows)
-                units |= {(layout.name, name): unit for name, unit in units_of(layout, tables[layout.name])}
+            found = layout(pgn, name, sample_of(rows))
+            if wanted(pgn, found.name):
+                tables[found.name] = table_of(found, rows)
+                units |= {(found.name, column): unit for column, unit in units_of(found, tables[found.name])}
         messages += decoded
-        findings += undecoded(pgn, len(packets) - decoded, topic if known else None)
+        findings += undecoded(pgn, len(packets) - decoded)
     return Tables(tables, units, tuple(findings), messages)
 
 
-def undecoded(pgn: int, count: int, topic: str | None) -> Iterator[Finding]:
-    """What is said of packets that no layout fits."""
+def undecoded(pgn: int, count: int) -> Iterator[Finding]:
+    """What is said of packets that the database does not describe."""
     if count > 0:
-        why = "that the canboat database does not know" if topic is None else "of an unknown variant"
-        yield Finding("unknown", f"{count} messages of PGN {pgn} {why}", count=count)
+        message = f"{count} messages of PGN {pgn}, which the canboat database does not know"
+        yield Finding("unknown", message, count=count)
+
+
+def sample_of(packets: Packets) -> bytes:
+    """One payload, the longest."""
+    i = int(np.argmax(packets.length))
+    return bytes(packets.payload[i, : packets.length[i]])
 
 
 def packets_by_pgn(capture: Capture) -> Iterator[tuple[int, Packets, int]]:
@@ -116,28 +121,44 @@ def together(a: Packets, b: Packets) -> Packets:
     return joined.take(np.argsort(joined.time_ns, kind="stable"))
 
 
-def by_variant(known: tuple[Layout, ...], packets: Packets) -> Iterator[tuple[Layout, Packets]]:
-    """Each variant that occurs, with its packets; the first that fits a packet takes it."""
-    if len(known) == 1 and not known[0].match:
-        yield known[0], packets
+def by_variant(pgn: int, packets: Packets) -> Iterator[tuple[str, Packets]]:
+    """Each variant of a PGN that occurs, with its packets.
+
+    Packets that agree in all fields that may tell variants apart are of one variant: the package is asked for it
+    once per combination of these fields.
+    """
+    names, places = variants(pgn), telling_places(pgn)
+    if not names or not len(packets):
         return
-    free = np.ones(len(packets), np.bool_)
-    for layout in known:
-        fits = free.copy()
-        for bit, bits, code in layout.match:
-            fits &= (raw_bits(packets.payload, bit, bits) == code) & (packets.length * 8 >= bit + bits)
-        if fits.any():
-            free &= ~fits
-            yield layout, packets.take(fits)
+    if len(names) == 1 and not places:
+        yield names[0], packets
+        return
+    first, group = combinations(packets, places)
+    given = [variant_of(pgn, bytes(packets.payload[i, : packets.length[i]])) for i in first.tolist()]
+    for name in dict.fromkeys(n for n in given if n is not None):
+        mine = np.array([n == name for n in given], np.bool_)[group]
+        yield name, packets if mine.all() else packets.take(mine)
 
 
-def table_of(layout: Layout, packets: Packets) -> pd.DataFrame:
+def combinations(
+    packets: Packets, places: tuple[tuple[int, int], ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Index of the first packet of each combination of field values, and the combination of each packet; (n,)."""
+    reach = max((bit + bits + 7) // 8 for bit, bits in places) if places else 1
+    key = np.minimum(packets.length, reach).astype(np.uint64)
+    for bit, bits in places:
+        key = key * np.uint64(0x9E3779B97F4A7C15) ^ raw_bits(packets.payload, bit, bits)
+    _, first, group = np.unique(key, return_index=True, return_inverse=True)
+    return first.astype(np.int64), group.astype(np.int64)
+
+
+def table_of(definition: Layout, packets: Packets) -> pd.DataFrame:
     """The table of one variant."""
     payload = np.ascontiguousarray(packets.payload.T)
     columns: dict[str, NDArray[np.generic]] = {SOURCE: packets.source.astype(np.int16)}
-    columns |= {f.name: column(f, payload, packets.length) for f in layout.fields}
-    if layout.repeat is not None:
-        columns |= repeated(layout.repeat, payload, packets.length, columns)
+    columns |= {f.name: column(f, payload, packets.length) for f in definition.fields}
+    if definition.repeat is not None:
+        columns |= repeated(definition.repeat, payload, packets.length, columns)
     return pd.DataFrame(columns, index=pd.Index(packets.time_ns, name="t_ns"), copy=False)
 
 
@@ -212,22 +233,12 @@ def text_column(payload: NDArray[np.uint8]) -> NDArray[np.generic]:
     return np.array(texts, dtype=object)[inverse]
 
 
-def units_of(layout: Layout, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
+def units_of(definition: Layout, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
     """Column and unit, for the columns that have one."""
-    units = {f.name: f.unit for f in layout.fields}
-    if layout.repeat is not None:
-        units |= {f.name: f.unit for f in layout.repeat.fields}
+    units = {f.name: f.unit for f in definition.fields}
+    if definition.repeat is not None:
+        units |= {f.name: f.unit for f in definition.repeat.fields}
     for name in table.columns:
         unit = units.get(str(name).partition("[")[0])
         if unit:
             yield str(name), unit
-
-
-def known_share(frames: Frames) -> float:
-    """Share of the frames whose PGN the database knows."""
-    if not len(frames):
-        return 0.0
-    numbers, counts = np.unique(pgn_of(frames.can_id[frames.extended]), return_counts=True)
-    return float(
-        sum(c for n, c in zip(numbers.tolist(), counts.tolist(), strict=True) if is_known(n)) / len(frames)
-    )
