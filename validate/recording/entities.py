@@ -10,22 +10,22 @@ REPORT, VERDICT, EVENTS = "report", "verdict", "events"
 DIAGNOSIS = "diagnosis"
 OVERVIEW = "overview"
 
-RGB = tuple[int, int, int]
+RGBA = tuple[int, int, int, int]
 #: Colours that read on the viewer's dark and light ground alike.
-COLOURS: dict[str, RGB] = {
-    "raw": (140, 150, 160),
-    "outliers": (235, 80, 70),
-    "cleaned": (120, 190, 190),
-    "measured": (140, 150, 160),
-    "smoothed": (225, 225, 225),
-    "band": (110, 120, 130),
-    "noise": (110, 120, 130),
-    "before": (240, 150, 70),
-    "after": (80, 165, 250),
-    "commanded": (225, 225, 225),
-    "actuator": (80, 165, 250),
-    "current": (80, 205, 130),
-    "wind": (200, 140, 240),
+COLOURS: dict[str, RGBA] = {
+    "raw": (140, 150, 160, 110),
+    "outliers": (235, 80, 70, 255),
+    "cleaned": (110, 190, 190, 130),
+    "measured": (140, 150, 160, 110),
+    "smoothed": (205, 205, 205, 255),
+    "band": (110, 120, 130, 255),
+    "noise": (110, 120, 130, 255),
+    "before": (240, 150, 70, 255),
+    "after": (80, 165, 250, 255),
+    "commanded": (205, 205, 205, 255),
+    "actuator": (80, 165, 250, 255),
+    "current": (80, 205, 130, 255),
+    "wind": (200, 140, 240, 255),
 }
 
 
@@ -50,7 +50,11 @@ def signal(name: str, signal_name: str, part: str) -> str:
 
 
 def prediction(name: str, channel: str, part: str) -> str:
-    """A channel: ``measured``, ``smoothed``, ``before``, ``after``."""
+    """A channel: ``measured``, ``smoothed``, ``before``, ``after``.
+
+    What was measured lies in a folder that comes first, because the viewer draws in the order of the paths.
+    """
+    part = f"actual/{part}" if part in ("measured", "smoothed") else part
     return f"{log_root(name)}/prediction/{channel}/{part}"
 
 
@@ -60,5 +64,6 @@ def residual(name: str, channel: str, part: str) -> str:
 
 
 def actuator(name: str, input_name: str, part: str) -> str:
-    """An input: ``commanded``, ``actuator``."""
+    """An input: ``commanded``, ``actuator``; the latter is drawn over the former."""
+    part = "made/actuator" if part == "actuator" else part
     return f"{log_root(name)}/inputs/{slug(input_name)}/{part}"

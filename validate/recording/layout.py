@@ -11,6 +11,7 @@ import rerun.blueprint as rrb
 
 from validate.recording import entities
 from validate.recording.entities import log_root
+from validate.report.names import slug
 
 
 @dataclass(frozen=True)
@@ -39,17 +40,18 @@ def blueprint(views: list[LogView], rounds: int) -> rrb.Blueprint:
     )
 
 
-def time_axis(span: tuple[float, float]) -> rrb.TimeAxis:
-    """An axis that shows a whole log."""
+def time_axis(span: tuple[float, float], share: float) -> rrb.TimeAxis:
+    """An axis that shows a whole log, with room for the legend to its right."""
+    room = share * (span[1] - span[0])
     bound = rr.TimeRangeBoundary.absolute
-    return rrb.TimeAxis(view_range=rr.TimeRange(start=bound(seconds=span[0]), end=bound(seconds=span[1])))
+    return rrb.TimeAxis(
+        view_range=rr.TimeRange(start=bound(seconds=span[0]), end=bound(seconds=span[1] + room))
+    )
 
 
-def plot(
-    origin: str, name: str, span: tuple[float, float], contents: list[str] | None = None
-) -> rrb.TimeSeriesView:
-    """A time plot of everything under ``origin``, or of ``contents`` in it."""
-    return rrb.TimeSeriesView(origin=origin, name=name, contents=contents or "$origin/**", axis_x=time_axis(span),
+def plot(origin: str, name: str, span: tuple[float, float], room: float = 0.2) -> rrb.TimeSeriesView:
+    """A time plot of everything under ``origin``; ``room`` is the share to keep free for the legend."""
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=time_axis(span, room),
                               plot_legend=rrb.PlotLegend(visible=True, corner="RightTop"))  # fmt: skip
 
 
@@ -66,13 +68,13 @@ def log_tab(view: LogView) -> rrb.Horizontal:
     flat: list[rrb.View] = [plan(view)]
     if view.has_map:
         flat.append(rrb.MapView(origin=f"{root}/map", name="Map", background=rrb.MapProvider.OpenStreetMap))
-    inputs = [plot(f"{root}/inputs/{i}", f"input {i}", view.span) for i in map(entities.slug, view.inputs)]
+    inputs = [plot(f"{root}/inputs/{i}", f"input {i}", view.span, 0.45) for i in map(slug, view.inputs)]
     left = rrb.Vertical(rrb.Tabs(*flat, active_tab=0), *inputs, row_shares=[3.0, *[1.0] * len(inputs)])
     channels = rrb.Vertical(*(plot(f"{root}/prediction/{c}", f"{c}: measured, before, after", view.span)
                               for c in view.channels), name="Predictions")  # fmt: skip
     rest = rrb.Vertical(*(plot(f"{root}/residual/{c}", f"{c}: measured − predicted", view.span)
                           for c in view.channels), name="Residuals")  # fmt: skip
-    signals = rrb.Grid(*(plot(f"{root}/signals/{s}", f"{s}: raw, cleaned, smoothed", view.span)
+    signals = rrb.Grid(*(plot(f"{root}/signals/{s}", f"{s}: raw, cleaned, smoothed", view.span, 0.45)
                          for s in view.signals), name="Signals", grid_columns=2)  # fmt: skip
     both = [c for c in (channels, rest, signals) if c.contents]
     right = rrb.Tabs(*both, active_tab=0)
@@ -117,7 +119,7 @@ def bounds(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Plan-view bounds ((left, right), (top, bottom)) from the extents north and east."""
     (south, north), (west, east) = extents["north"], extents["east"]
-    pad = margin + 0.12 * max(north - south, east - west)
+    pad = margin + 0.2 * max(north - south, east - west)
     values = (west - pad, east + pad), (-north - pad, -south + pad)
     assert all(math.isfinite(v) for pair in values for v in pair)
     return values

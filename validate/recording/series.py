@@ -28,7 +28,7 @@ def send_signals(
         if state not in joined:
             continue
         t, smoothed = joined["t"].to_numpy(np.float64), joined[state].to_numpy(np.float64)
-        look = Look("smoothed", f"{state} smoothed ({SIGNALS[state].unit})", width=2.0)
+        look = Look("smoothed", f"{state} smoothed ({SIGNALS[state].unit})", width=2.5)
         send_series(rec, entities.signal(name, state, "smoothed"), clock, t, smoothed, look)
         spread = column(joined, f"sigma_{state}")
         for end, side in (("low", -2.0), ("high", 2.0)) if spread is not None else ():
@@ -45,8 +45,8 @@ def send_raw(rec: rr.RecordingStream, name: str, state: str, table: pd.DataFrame
     if not len(t):
         return
     for part, rows, size in (
-        ("raw", np.ones(len(t), bool), 1.6),
-        ("cleaned", good, 1.6),
+        ("raw", np.ones(len(t), bool), 1.2),
+        ("cleaned", good, 1.0),
         ("outliers", ~good, 3.5),
     ):
         if rows.any():
@@ -82,9 +82,9 @@ def send_predictions(rec: rr.RecordingStream, name: str, table: pd.DataFrame, tr
             continue
         measured = column(table, f"{channel}_measured")
         if measured is not None:
-            look = Look("measured", f"{channel} measured", points=True, width=1.4)
+            look = Look("measured", f"{channel} measured", points=True, width=1.0)
             send_series(rec, entities.prediction(name, channel, "measured"), clock, t, measured, look)
-        look = Look("smoothed", f"{channel} smoothed ({unit})", width=2.2)
+        look = Look("smoothed", f"{channel} smoothed ({unit})", width=4.0)
         send_series(rec, entities.prediction(name, channel, "smoothed"), clock, t, smoothed, look)
         send_predicted(rec, name, channel, clock, table, parts)
         send_noise(rec, name, channel, clock, t, sigma(t, trials, channel))
@@ -119,11 +119,11 @@ def send_inputs(rec: rr.RecordingStream, name: str, table: pd.DataFrame, actuato
     for one in trials[0].inputs_declared if trials else ():
         logged, unit = column(table, one.name), input_unit(one)
         if logged is not None:
-            look = Look("commanded", f"{one.name} as logged ({unit})", width=1.8)
+            look = Look("commanded", f"as logged ({unit})", width=4.0)
             path = entities.actuator(name, one.name, "commanded")
             send_series(rec, path, clock, table["t"].to_numpy(np.float64), logged, look)
         made = column(actuators, one.name) if actuators is not None else None
         if made is not None and actuators is not None:
             path = entities.actuator(name, one.name, "actuator")
-            look = Look("actuator", f"{one.name} as the actuator made it")
+            look = Look("actuator", "as made")
             send_series(rec, path, clock, actuators["t"].to_numpy(np.float64), made, look)

@@ -10,6 +10,7 @@ from validate.diagnosis import Results, Round
 from validate.recording import entities
 from validate.recording.stream import Clock
 from validate.report.markdown import diagnosis_markdown, report_markdown, round_markdown
+from validate.report.names import slug
 from validate.report.words import headline
 
 
@@ -34,7 +35,13 @@ def send_candidates(rec: rr.RecordingStream, path: str, r: Round) -> None:
     evidence = np.sort(np.nan_to_num([c.evidence for c in r.candidates], posinf=0.0, neginf=0.0))[::-1]
     if len(evidence):
         ranks = np.arange(1, len(evidence) + 1)
-        rec.log(path, rr.BarChart(evidence, color=entities.COLOURS["after"], abscissa=ranks), static=True)
+        rec.log(
+            path,
+            rr.BarChart(
+                evidence, color=entities.COLOURS["after"], abscissa=ranks, widths=np.full(len(ranks), 0.8)
+            ),
+            static=True,
+        )
 
 
 def send_events(rec: rr.RecordingStream, name: str, trials: list[Trial], clock: Clock, verdict: str) -> None:
@@ -49,4 +56,4 @@ def send_events(rec: rr.RecordingStream, name: str, trials: list[Trial], clock: 
     lines = sorted([*lines, (end, f"{name}: {verdict}")])
     columns = rr.TextLog.columns(text=[w for _, w in lines], level=["INFO"] * len(lines))
     times = clock.columns(np.array([t for t, _ in lines], dtype=np.float64))
-    rec.send_columns(f"{entities.EVENTS}/{entities.slug(name)}", indexes=times, columns=columns)
+    rec.send_columns(f"{entities.EVENTS}/{slug(name)}", indexes=times, columns=columns)

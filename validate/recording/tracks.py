@@ -18,6 +18,8 @@ from validate.report.thinning import even
 
 #: Poses of a moving hull per log, at most.
 POSES = 2000
+#: What lies over what on the plan.
+ORDER = {"smoothed": 10.0, "before": 20.0, "after": 30.0}
 SUFFIX = {"smoothed": "", "before": "_before", "after": "_after"}
 
 
@@ -36,10 +38,12 @@ def send_tracks(rec: rr.RecordingStream, name: str, table: pd.DataFrame, trials:
         x, y = column(table, f"x{SUFFIX[part]}"), column(table, f"y{SUFFIX[part]}")
         if x is None or y is None:
             continue
-        radius = rr.Radius.ui_points(2.2 if part == "smoothed" else 1.5)
+        radius = rr.Radius.ui_points(3.0 if part == "smoothed" else 1.2)
         lines = strips(thin_track(on_plan(x, y)))
         rec.log(
-            entities.plan(name, part), rr.LineStrips2D(lines, colors=COLOURS[part], radii=radius), static=True
+            entities.plan(name, part),
+            rr.LineStrips2D(lines, colors=COLOURS[part], radii=radius, draw_order=ORDER[part]),
+            static=True,
         )
         if origin:
             lat_lon = [geographic(-s[:, 1], s[:, 0], origin) for s in lines]
@@ -110,8 +114,8 @@ def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit
     low, high = place.min(axis=0), place.max(axis=0)
     span = max(float((high - low).max()), 4 * fit.vessel.length)
     for k, (kind, speed, to) in enumerate(arrows(fit)):
-        start = on_plan(np.array([high[0] + 0.1 * span * (k + 1)]), np.array([low[1]]))
-        vector = 0.15 * span * on_plan(np.array([np.cos(to)]), np.array([np.sin(to)]))
+        start = on_plan(np.array([high[0] + span * (0.03 + 0.09 * k)]), np.array([low[1]]))
+        vector = 0.12 * span * on_plan(np.array([np.cos(to)]), np.array([np.sin(to)]))
         look = rr.Arrows2D(vectors=vector, origins=start, colors=COLOURS[kind], labels=f"{kind} {speed:.2f} m/s",
                            radii=rr.Radius.ui_points(3.0))  # fmt: skip
         rec.log(entities.plan(name, kind), look, static=True)

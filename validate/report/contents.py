@@ -50,7 +50,7 @@ def report_of(results: Results) -> schema.Report:
     """
     fit = results.after
     return schema.Report(
-        schema_="seatrial.report/1",
+        schema=schema.REPORT,
         seatrial_version=seatrial_version(),
         campaign=results.campaign,
         vessel=fit.vessel.name,

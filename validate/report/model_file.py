@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from identify.fit import Estimated, Fit, FittedEffect
 from ingest.errors import UsageError
 from validate.report.contents import seatrial_version
-from validate.report.schema import ModelEffectEntry, ModelFile, ModelParameterEntry, to_json
+from validate.report.schema import MODEL, ModelEffectEntry, ModelFile, ModelParameterEntry, to_json
 
 #: What of a fit goes into ``provenance``, under its own name.
 FROM_FIT = ("estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest", "notes")
@@ -47,7 +47,7 @@ def write_model(fit: Fit, path: Path, provenance: Mapping[str, object] | None = 
     """
     own = {key: getattr(fit, key) for key in FROM_FIT}
     file = ModelFile(
-        schema_="seatrial.model/1",
+        schema=MODEL,
         model=fit.model,
         vessel=fit.vessel,
         inputs=list(fit.inputs),

@@ -11,8 +11,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from preprocess.vessel import Input, Vessel
 
-REPORT = "seatrial.report/1"
-MODEL = "seatrial.model/1"
+REPORT: Literal["seatrial.report/1"] = "seatrial.report/1"
+MODEL: Literal["seatrial.model/1"] = "seatrial.model/1"
 
 
 def finite_or_none(value: object) -> object:
@@ -176,7 +176,7 @@ class DiagnosisEntry(Entry):
 class Report(Entry):
     """report.json."""
 
-    schema_: Literal["seatrial.report/1"] = Field(REPORT, alias="schema")
+    schema_: Literal["seatrial.report/1"] = Field(alias="schema")
     seatrial_version: str
     campaign: str
     vessel: str
@@ -211,7 +211,7 @@ class ModelEffectEntry(Entry):
 class ModelFile(Entry):
     """model.json; ``covariance`` is of the parameters followed by those of the effects, in that order."""
 
-    schema_: Literal["seatrial.model/1"] = Field(MODEL, alias="schema")
+    schema_: Literal["seatrial.model/1"] = Field(alias="schema")
     model: str
     vessel: Vessel
     inputs: list[Input]
