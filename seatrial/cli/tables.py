@@ -12,6 +12,7 @@ from rich.text import Text
 from seatrial.inspection import Candidate, FieldFacts, LogFacts, TopicFacts
 
 NARROWEST, WIDEST = 40, 100
+WIDEST_SIGNAL = 34
 #: Findings that are shown of one log; the rest is in the JSON.
 MOST_FINDINGS = 8
 
@@ -75,11 +76,29 @@ def finding_lines(facts: LogFacts) -> Iterator[str]:
 
 
 def candidate_table(candidates: Sequence[Candidate]) -> Table:
-    """What looks like what."""
-    rows = [
-        (c.quantity, c.signal, source_text(c.source), c.unit, rate(c.rate_hz), span(c)) for c in candidates
-    ]
-    return table_of(("Looks like", "Signal", "Source", "Unit", "Rate", "Range"), rows, ("Rate",))
+    """What looks like what; signals are kept whole as far as the width allows, since people copy them."""
+    with_source = any(c.source is not None for c in candidates)
+    columns = ("Looks like", "Signal", *(("Src",) if with_source else ()), "Rate", "Values")
+    table = table_of(columns, (candidate_row(c, with_source) for c in candidates), ("Rate",))
+    table.columns[1].min_width = min(WIDEST_SIGNAL, max(map(len, signals_in(candidates))))
+    return table
+
+
+def signals_in(candidates: Sequence[Candidate]) -> list[str]:
+    """Every single signal."""
+    return [signal for c in candidates for signal in c.signal.split(" + ")]
+
+
+def candidate_row(c: Candidate, with_source: bool) -> Sequence[str]:
+    """One candidate; the signals of a pair below each other."""
+    source = (source_text(c.source),) if with_source else ()
+    return (
+        c.quantity,
+        c.signal.replace(" + ", "\n"),
+        *source,
+        rate(c.rate_hz),
+        f"{span(c.low, c.high)} {c.unit}".strip(),
+    )
 
 
 def missing_lines(candidates: Sequence[Candidate]) -> Iterator[str]:
@@ -102,7 +121,7 @@ def topic_table(topics: Sequence[TopicFacts]) -> Table:
 
 
 def fields(topic: TopicFacts) -> str:
-    """Field names with units (and ranges, where names say little), and the devices where there are several."""
+    """Field names with units (and ranges, where names say little), and the devices, if several."""
     names = ", ".join(field_text(f, with_range=not topic.name) for f in topic.fields)
     devices = f"; sources {', '.join(map(str, topic.sources))}" if len(topic.sources) > 1 else ""
     return names + devices
@@ -128,4 +147,9 @@ def span(low: float | None, high: float | None) -> str:
     """Least to greatest value."""
     if low is None or high is None:
         return ""
-    return f"{low:.4g}…{high:.4g}" if high > low else f"always {low:.4g}"
+    return f"{short(low)}…{short(high)}" if high > low else f"always {short(low)}"
+
+
+def short(value: float) -> str:
+    """A number in few characters."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e7 else f"{value:.3g}"
