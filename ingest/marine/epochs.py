@@ -1,0 +1,198 @@
+"""The time of every record of a stream, from its host stamps or else from the records that state their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ingest.clock import continue_clock
+from ingest.gps_time import GPS_EPOCH_NS, leap_seconds
+from ingest.log import Finding
+from ingest.marine.sentences import Rows
+from ingest.marine.stamps import Stamps
+from ingest.marine.ubx import Messages
+
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+SECOND = 1_000_000_000
+DAY, WEEK = 86_400 * SECOND, 7 * 86_400 * SECOND
+UNKNOWN = np.iinfo(np.int64).min
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Time of every record.
+
+    Attributes
+    ----------
+    ns : (n,) int64
+        Nanoseconds.
+    utc_of_zero : int, optional
+        UTC where ``ns`` is 0, where it is known.
+    stated : (n,) int64
+        UTC (or the time of day, where no date is known) that a record itself states; ``UNKNOWN`` elsewhere.
+    findings : tuple of Finding
+        What was odd.
+    """
+
+    ns: Integers
+    utc_of_zero: int | None
+    stated: Integers
+    findings: tuple[Finding, ...] = ()
+
+
+def timeline(
+    count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages], host: Stamps | None
+) -> Timeline:
+    """Put every record of a stream on one time line.
+
+    Parameters
+    ----------
+    count : int
+        Number of records.
+    sentences, messages : mapping of str to Rows, Messages
+        The decoded records.
+    host : Stamps, optional
+        Time stamps of arrival; where they are there, they are the time line, and tell UTC if the host knew it.
+    """
+    stated, dated = stated_times(count, sentences, messages)
+    if host is not None:
+        return _by_host(host, stated, dated)
+    if not (stated != UNKNOWN).any():
+        raise ValueError("no record states a time, and the host wrote none")
+    known = np.flatnonzero(stated != UNKNOWN)
+    mended, findings = continue_clock(stated[known])
+    continuous = stated.copy()
+    continuous[known] = mended
+    kinds = _kinds(count, sentences, messages)
+    ns = spread(continuous, kinds)
+    return Timeline(ns, 0 if dated else None, stated, tuple(findings))
+
+
+def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
+    place = np.flatnonzero(host.good)
+    ns, findings = continue_clock(host.ns[place])
+    every = np.interp(np.arange(len(host.ns)), place, ns - ns[0]).round().astype(np.int64) + ns[0]
+    every[place] = ns
+    if host.utc:
+        return Timeline(every, 0, stated, (*host.findings, *findings))
+    known = np.flatnonzero(stated != UNKNOWN)
+    utc = int(np.median(stated[known] - every[known])) if dated and len(known) else None
+    return Timeline(every, utc, stated, (*host.findings, *findings))
+
+
+def _kinds(count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]) -> Integers:
+    kinds = np.full(count, -1, np.int64)
+    for i, rows in enumerate([*sentences.values(), *messages.values()]):
+        kinds[rows.record] = i
+    return kinds
+
+
+def stated_times(
+    count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]
+) -> tuple[Integers, bool]:
+    """UTC that each record states (``UNKNOWN`` where none), and whether dates were known.
+
+    Sentences with only a time of day take the date from the nearest record that has one.
+    """
+    of_day, day = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
+    for rows in sentences.values():
+        of_day[rows.record], day[rows.record] = rows.of_day, rows.day
+    stated = np.full(count, UNKNOWN, np.int64)
+    for told in messages.values():
+        if {"year", "month", "day", "hour", "min", "nano"} <= set(told.table.columns):
+            utc = civil_ns(told.table)
+            stated[told.record] = utc
+            good = utc != UNKNOWN
+            of_day[told.record[good]], day[told.record[good]] = utc[good] % DAY, utc[good] // DAY
+    timed = np.flatnonzero(of_day >= 0)
+    dated = bool((day[timed] >= 0).any())
+    if len(timed):
+        stated[timed] = with_dates(of_day[timed], day[timed])
+    _time_of_week(stated, messages)
+    return stated, dated
+
+
+def with_dates(of_day: Integers, day: Integers) -> Integers:
+    """Continuous time from times of day and the dates that some records state (−1 elsewhere)."""
+    running = np.cumsum(np.rint(-np.diff(of_day, prepend=of_day[:1]) / DAY).astype(np.int64))
+    dated = day >= 0
+    if not dated.any():
+        return of_day + running * DAY
+    base = pd.Series(np.where(dated, day - running, 0).astype(float)).where(dated)
+    following, preceding = base.bfill(), base.ffill()
+    next_time = pd.Series(of_day.astype(float)).where(dated).bfill()
+    near = (np.abs(next_time - of_day) <= 2 * SECOND) | preceding.isna()
+    chosen = following.where(near, preceding).fillna(preceding).to_numpy()
+    return of_day + (running + chosen.astype(np.int64)) * DAY
+
+
+def civil_ns(table: pd.DataFrame) -> Integers:
+    """UTC of the rows of a UBX message with year … nanosecond; ``UNKNOWN`` where it is not valid."""
+    second = table["second"] if "second" in table else table["sec"]
+    year, month, day = (table[c].to_numpy(np.int64) for c in ("year", "month", "day"))
+    valid = (year >= 1980) & (year < 2200) & (month >= 1) & (month <= 12) & (day >= 1) & (day <= 31)
+    for flag in ("validDate", "validTime", "validUTC"):
+        if flag in table:
+            valid &= table[flag].to_numpy(np.int64) == 1
+    months = (np.where(valid, year, 1980) - 1970) * 12 + np.where(valid, month, 1) - 1
+    days = months.astype("datetime64[M]").astype("datetime64[D]").astype(np.int64) + day - 1
+    clock = (table["hour"].to_numpy(np.int64) * 60 + table["min"].to_numpy(np.int64)) * 60 + second.to_numpy(
+        np.int64
+    )
+    return np.where(valid, days * DAY + clock * SECOND + table["nano"].to_numpy(np.int64), UNKNOWN)
+
+
+def _time_of_week(stated: Integers, messages: Mapping[str, Messages]) -> None:
+    """Fill in the times of UBX messages that state only the time of the GPS week, by the week of those around."""
+    known = np.flatnonzero(stated != UNKNOWN)
+    for told in messages.values():
+        open_ = stated[told.record] == UNKNOWN
+        if "iTOW" not in told.table or not open_.any():
+            continue
+        place = told.record[open_]
+        tow = told.table["iTOW"].to_numpy(np.int64)[open_] * 1_000_000
+        stated[place] = tow if not len(known) else _nearest_week(tow, stated[known], known, place)
+
+
+def _nearest_week(tow: Integers, times: Integers, known: Integers, place: Integers) -> Integers:
+    around = times[np.clip(np.searchsorted(known, place), 0, len(known) - 1)]
+    if np.median(around) < GPS_EPOCH_NS:
+        shift = int(np.median(np.mod(around - tow + DAY // 2, DAY) - DAY // 2))
+        return around - np.mod(around - tow - shift + DAY // 2, DAY) + DAY // 2
+    gps = around + leap_seconds(around) * SECOND - GPS_EPOCH_NS
+    week = np.rint((gps - tow) / WEEK).astype(np.int64)
+    in_gps = GPS_EPOCH_NS + week * WEEK + tow
+    return np.asarray(in_gps - leap_seconds(in_gps) * SECOND, np.int64)
+
+
+def spread(stated: Integers, kinds: Integers) -> Integers:
+    """Times for the records that state none: those of one epoch are spread evenly over it, kind by kind.
+
+    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per epoch, each
+    record has the time of its epoch; of one that comes k times, the j-th is j/k of the epoch later.
+
+    Parameters
+    ----------
+    stated : (n,) int64
+        Times, ``UNKNOWN`` where a record has none.
+    kinds : (n,) int64
+        Which records are of one kind.
+    """
+    known = np.flatnonzero(stated != UNKNOWN)
+    leader = known[np.concatenate(([True], np.diff(np.maximum.accumulate(stated[known])) > 0))]
+    times = stated[leader]
+    steps = np.diff(times)
+    usual = int(np.median(steps)) if len(steps) else SECOND
+    epoch = np.searchsorted(leader, np.arange(len(stated)), side="right") - 1
+    begins = np.concatenate(([times[0] - usual], times))
+    lasts = np.concatenate(([usual], steps, [usual]))
+    group = pd.DataFrame({"epoch": epoch, "kind": kinds}).groupby(["epoch", "kind"], sort=False)["epoch"]
+    rank, size = group.cumcount().to_numpy(np.int64), group.transform("size").to_numpy(np.int64)
+    shared = begins[epoch + 1] + lasts[epoch + 1] * rank // size
+    return np.where(stated == UNKNOWN, shared, stated)
