@@ -26,10 +26,15 @@ from .state import (
 
 @dataclass(frozen=True)
 class CmaState(State):
-    """The library's strategy, pickled, and what it asked last (unit box)."""
+    """The library's strategy, pickled, and what it asked last (unit box).
+
+    ``spread`` is that of the first generation's values, by which all are divided: the library's tolerances
+    are absolute, and a search must not depend on the unit of its objective.
+    """
 
     engine: bytes
     asked: FloatArray
+    spread: float
     restarts: int
     finished: bool
 
@@ -73,6 +78,7 @@ def start(
         **shared,
         engine=b"",
         asked=np.zeros((0, d)),
+        spread=0.0,
         restarts=restarts,
         finished=False,
     )
@@ -102,9 +108,10 @@ def ask(state: CmaState) -> tuple[CmaState, FloatArray]:
 def tell(state: CmaState, candidates: FloatArray, values: FloatArray) -> CmaState:
     """Adapt mean, step and covariance."""
     values = finite(values)
-    after = replace(state, **seen(state, candidates, values))
+    spread = state.spread or _spread(values)
+    after = replace(state, **seen(state, candidates, values), spread=spread)
     strategy = pickle.loads(state.engine)
-    strategy.tell(list(_as_asked(state, candidates)), list(_ranked(values)))
+    strategy.tell(list(_as_asked(state, candidates)), list(_ranked(values / (spread or 1.0))))
     if not strategy.stop():
         return replace(after, engine=pickle.dumps(strategy))
     if state.restarts == 0:
@@ -119,6 +126,11 @@ def _as_asked(state: CmaState, candidates: FloatArray) -> FloatArray:
         return state.asked
     unit = to_unit(state, candidates)
     return unit if d > 1 else np.column_stack([unit, np.full(len(unit), 0.5)])
+
+
+def _spread(values: FloatArray) -> float:
+    good = values[np.isfinite(values)]
+    return float(np.ptp(good)) if len(good) else 0.0
 
 
 def _ranked(values: FloatArray) -> FloatArray:
