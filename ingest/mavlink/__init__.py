@@ -2,5 +2,6 @@
 
 from ingest.mavlink.dataflash import DATAFLASH
 from ingest.mavlink.tlog import TLOG
+from ingest.mavlink.ulog import ULOG
 
-READERS = (TLOG, DATAFLASH)
+READERS = (TLOG, DATAFLASH, ULOG)
