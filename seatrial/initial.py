@@ -15,8 +15,11 @@ from seatrial.names import MANOEUVRES, MODELS
 
 #: Files that lie beside logs and are none.
 NO_LOGS = frozenset(
-    [".toml", ".md", ".rst", ".json", ".html", ".htm", ".pdf", ".png", ".jpg", ".jpeg", ".svg", ".py", ".ipynb", ".yml", ".yaml", ".ini", ".dbc", ".rrd", ".parquet", ".sh"]
-)  # fmt: skip
+    [
+        *(".toml", ".md", ".rst", ".json", ".html", ".htm", ".pdf", ".png", ".jpg", ".jpeg", ".svg", ".py"),
+        *(".ipynb", ".yml", ".yaml", ".ini", ".dbc", ".rrd", ".parquet", ".sh"),
+    ]
+)
 #: Range in which values look like the pulse widths of a servo, µs.
 PULSE = (700.0, 2300.0)
 #: More inputs than this are offered as comments only.

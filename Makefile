@@ -1,0 +1,47 @@
+# `make demo` and `make test` are all that a fresh machine with Python >= 3.11, git and make needs.
+
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	command -v $$p >/dev/null && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
+BIN := .venv/bin
+INSTALLED := .venv/.installed
+WORKERS ?= 2
+
+.PHONY: install demo test check format bench docs wheel clean
+
+install: $(INSTALLED)
+
+$(INSTALLED): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: make PYTHON=/path/to/python3"; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+demo: $(INSTALLED)  ## run the campaign that comes with the program
+	$(BIN)/seatrial demo
+
+test: $(INSTALLED)  ## every test
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+check: $(INSTALLED)  ## style and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(INSTALLED)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(INSTALLED)  ## every benchmark, in turn
+	@for script in benchmarks/bench_*.py; do \
+		test ! -e $$script || { echo "$$script"; $(BIN)/python $$script || exit 1; }; done
+
+docs: $(INSTALLED)  ## what of the documents is made from the code
+	@mkdir -p docs/reference
+	@for which in report model campaign; do \
+		$(BIN)/seatrial schema $$which > docs/reference/$$which.schema.json || exit 1; done
+
+wheel: $(INSTALLED)
+	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+
+clean:
+	rm -rf .venv dist build
