@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from validate.analysis import analyse
 
 from ingest import read_log
 from ingest.log import Log
@@ -18,7 +17,6 @@ from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
 from seatrial.results_folder import check_replaceable, in_place
 from validate.diagnosis import Results
-from validate.report_files import write_results
 
 #: Logs of less than this in all are read faster here than in processes of their own, bytes.
 WORTH_PROCESSES = 50_000_000
@@ -73,6 +71,8 @@ def run(
     with watch.during("preprocess"):
         sensors = {s.quantity: s for s in campaign.sensors}
         trials = make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors)
+    from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
+
     found = analyse(
         trials,
         model=campaign.model,
@@ -138,6 +138,8 @@ def runs_of(campaign: Campaign, logs: Sequence[Log]) -> list[LoggedRun]:
 
 def write(results: Results, folder: Path, progress: Progress = silent) -> None:
     """The results folder, whole or not at all."""
+    from validate.report_files import write_results
+
     progress("write", str(folder), 0.0)
     with in_place(folder) as unfinished:
         write_results(results, unfinished)

@@ -54,7 +54,7 @@ def faults_of_input(name: str, declared: InputTable, inputs: Inputs) -> Iterator
     yield from azimuth_faults(name, declared, inputs)
     if declared.signal is None and declared.kind in NEEDS_SIGNAL:
         expected = f"TOPIC.FIELD: no message is standard for the kind '{declared.kind}'"
-        yield "signal", expected, "no such key", None
+        yield "signal", expected, "none", None
     if declared.law is not None and declared.kind not in THRUST:
         yield (
             "law",
@@ -79,7 +79,7 @@ def calibration_faults(declared: InputTable) -> Iterator[KeyFault]:
         return
     if pwm is None or value is None:
         absent, there = ("pwm", "value") if pwm is None else ("value", "pwm")
-        yield absent, f"the other half of the calibration, as many numbers as in {there}", "no such key", None
+        yield absent, f"the other half of the calibration, as many numbers as in {there}", "none", None
         return
     if len(pwm) != len(value):
         yield "value", f"as many numbers as in pwm ({len(pwm)})", f"{len(value)}", None
@@ -121,7 +121,7 @@ def azimuth_faults(name: str, declared: InputTable, inputs: Inputs) -> Iterator[
                 None,
             )
     elif declared.drives is None:
-        yield "drives", expected, "no such key", None
+        yield "drives", expected, "none", None
     elif declared.drives not in driven:
         yield "drives", expected, found(declared.drives), nearest_one(declared.drives, driven)
     elif any(i.drives == declared.drives for n, i in inputs.items() if n < name):
