@@ -243,7 +243,7 @@ def example_results(logs=4, duration=60.0, rate=20.0, utc=True, origin=(59.43, 2
     """Several trials, one effect taken."""
     kinds = ("zigzag", "circle", "random", "zigzag")
     made = [
-        make_trial(f"logs/{kinds[i % 4]}{i}.nmea", kinds[i % 4], "validate" if i % 4 == 3 else "identify",
+        make_trial(f"logs/{kinds[i % 4]}{i}.nmea", kinds[i % 4], "validate" if i == logs - 1 else "identify",
                    duration, rate, i, UTC if utc else None, origin)
         for i in range(logs)
     ]  # fmt: skip

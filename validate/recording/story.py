@@ -34,7 +34,7 @@ def send_candidates(rec: rr.RecordingStream, path: str, r: Round) -> None:
     """Evidence of each candidate as a bar, in the order of the table beside it."""
     evidence = np.sort(np.nan_to_num([c.evidence for c in r.candidates], posinf=0.0, neginf=0.0))[::-1]
     if len(evidence):
-        ranks = np.arange(1, len(evidence) + 1)
+        ranks = np.arange(1, len(evidence) + 1) - 0.4
         rec.log(
             path,
             rr.BarChart(

@@ -67,7 +67,8 @@ def channel_figure(name: str, log: str, table: pd.DataFrame, trials: list[Trial]
     lower = _residual_axes(t, smoothed, before, after, sigma(t, trials, channel) * scale, unit)
     span = finite_range([t])
     label = f"{words} of {log} against time: measured and predicted, with residuals below; {score}"
-    return Figure(f"{symbol}, {words} · {score}", stack(name, label, [upper, lower], span))
+    caption = f"{symbol}, {words}" + (f" · {score}" if score else "")
+    return Figure(caption, stack(name, label, [upper, lower], span))
 
 
 def sigma(t: FloatArray, trials: list[Trial], channel: str) -> FloatArray:

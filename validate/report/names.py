@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 def tail(name: str, parts: int) -> str:
     """The last ``parts`` parts of a path, joined by underscores."""
-    kept = [p for p in PurePath(name.replace("\\", "/")).parts if p not in ("/", "..", ".")]
+    kept = [p for p in PurePath(name.replace("\\", "/")).parts if p.strip("/.")]
     return "_".join(kept[-parts:]) or "log"
 
 

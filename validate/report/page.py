@@ -143,7 +143,7 @@ def evidence(results: Results) -> dict[str, Any]:
         "signals": signal_rows(entries),
         "noticed": noticed(logs),
         "plots": plots,
-        "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:2]] if plots else [],
+        "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:3]] if plots else [],
         "rounds": [round_rows(r) for r in rounds],
     }  # fmt: skip
 
@@ -242,7 +242,7 @@ def score_words(before: ChannelScore | None, after: ChannelScore | None, two: bo
     """``R² −0.68 → 0.999``."""
     last = words.share(after.r2 if after else None)
     if last == "–":
-        return "free-running"
+        return ""
     return f"R² {words.share(before.r2 if before else None)} → {last}" if two else f"R² {last}"
 
 
