@@ -12,7 +12,8 @@ import pandas as pd
 from preprocess import frames
 from preprocess.chains import Segments, Stream
 from preprocess.gaps import find_segments
-from preprocess.judge import Judged, judge, judge_input
+from preprocess.commands import judge_input
+from preprocess.judge import Judged, judge
 from preprocess.raw import Raw
 from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
 from preprocess.trial import FloatArray, Measurement, Step

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from preprocess.raw import Raw
-from preprocess.trial import BoolArray, FloatArray, Measurement
+from preprocess.rounding import resolution
+from preprocess.trial import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -35,27 +36,11 @@ def judge(raw: Raw) -> Judged:
     """Judge the samples of a sensor by themselves (not against the other sensors)."""
     if raw.quantity == "heading":
         raw = replace(raw, value=robust_unwrap(raw.value))
-    quantum = resolution(raw.value)
+    quantum = raw.quantum or resolution(raw.value)
     again = repeated(raw.value, quantum) & ~raw.flagged
     reasons = {"flagged": int(raw.flagged.sum()), "repeated": int(again.sum())}
     good = ~(raw.flagged | again)
     return Judged(raw, good, {k: n for k, n in reasons.items() if n}, quantum / np.sqrt(12.0))
-
-
-def judge_input(raw: Raw) -> Measurement:
-    """Judge the samples of an input."""
-    step = float(np.median(np.diff(raw.t))) if len(raw.t) > 1 else 0.0
-    good = np.ones(len(raw.t), dtype=bool)
-    return Measurement(raw.quantity, raw.t, raw.value, 0.0, good, raw.source.name, {}, step, holds(raw.value))
-
-
-def holds(value: FloatArray) -> bool:
-    """Whether an input's values are steps that hold, rather than a motion."""
-    change = np.diff(value) != 0.0
-    if len(change) < 3 or not change.any():
-        return True
-    alone = change[1:-1] & ~change[:-2] & ~change[2:]
-    return bool(change.mean() < 0.5 and alone.sum() > 0.5 * change.sum())
 
 
 def robust_unwrap(angle: FloatArray) -> FloatArray:
@@ -68,23 +53,6 @@ def robust_unwrap(angle: FloatArray) -> FloatArray:
         return np.unwrap(angle)
     c, s = (median_filter(f(angle), size=5, mode="nearest") for f in (np.cos, np.sin))
     return nearest_turn(angle, np.unwrap(np.arctan2(s, c)))
-
-
-def resolution(value: FloatArray) -> float:
-    """The step to which values were rounded; 0 where none shows.
-
-    The smallest change between neighbours, if nearly all changes are whole multiples of it.
-    """
-    change = np.abs(np.diff(value, axis=0)).ravel()
-    change = change[change > 1e-12]
-    if len(change) < 20:
-        return 0.0
-    quantum = float(np.percentile(change, 1.0))
-    near = change[change < 1.5 * quantum]
-    quantum = float(np.median(near))
-    ratio = change[change < 200.0 * quantum] / quantum
-    off = np.abs(ratio - np.round(ratio))
-    return quantum if np.mean(off < 0.02 * np.maximum(ratio, 1.0)) > 0.9 and np.median(ratio) < 50.0 else 0.0
 
 
 def repeated(value: FloatArray, quantum: float) -> BoolArray:

@@ -34,6 +34,8 @@ class Raw:
         True where the receiver itself calls the sample bad.
     geodetic, body, relative : bool
         Latitude and longitude; velocity along body axes; wind relative to the vessel (speed, direction from).
+    quantum : float
+        Step to which the values were rounded, SI; 0 where none shows.
     """
 
     quantity: str
@@ -44,6 +46,7 @@ class Raw:
     geodetic: bool = False
     body: bool = False
     relative: bool = False
+    quantum: float = 0.0
 
 
 def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) -> Raw:

@@ -11,6 +11,7 @@ from preprocess import frames
 from preprocess.actuators import read_input
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import require, source_of
+from preprocess.rounding import resolution
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Step, Trial
 from preprocess.vessel import Input, Sensor, Vessel
@@ -20,6 +21,8 @@ NEEDED = ("position", "heading")
 HELPFUL = ("yaw_rate", "velocity", "wind", "depth")
 #: Share of a log that validates where no log of the campaign says which does.
 VALIDATION_SHARE = 1.0 / 3.0
+#: Of a meridian, for the rounding of geodetic positions.
+METRES_PER_DEGREE = 111_200.0
 
 
 @dataclass(frozen=True)
@@ -123,9 +126,12 @@ def in_metres(g: Gathered, origin: tuple[float, float] | None) -> Gathered:
     if not raw.geodetic or origin is None:
         return g
     value = frames.geodetic_to_ned(raw.value[:, 0], raw.value[:, 1], origin)
+    quantum = METRES_PER_DEGREE * max(resolution(raw.value[:, 0]), resolution(raw.value[:, 1]))
     step = Step("geodetic_to_ned", {"latitude": origin[0], "longitude": origin[1]})
     return replace(
-        g, sensors={**g.sensors, "position": replace(raw, value=value)}, history=(*g.history, step)
+        g,
+        sensors={**g.sensors, "position": replace(raw, value=value, quantum=quantum)},
+        history=(*g.history, step),
     )
 
 

@@ -1,0 +1,78 @@
+"""Judging inputs: commands that step and hold, or feedback that moves; spikes; noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from preprocess.outliers import MAD_TO_SIGMA
+from preprocess.raw import Raw
+from preprocess.rounding import resolution
+from preprocess.trial import BoolArray, FloatArray, Measurement
+
+#: A spike stands out by this share of the input's range at least, and by this multiple of its noise.
+SPIKE_SHARE = 0.05
+SPIKE_SIGMAS = 6.0
+#: Kinds of input whose logged values are feedback where they do not hold.
+MEASURED = ("rudder", "propeller", "azimuth")
+
+
+def judge_input(raw: Raw) -> Measurement:
+    """Judge the samples of an input.
+
+    Parameters
+    ----------
+    raw : Raw
+        Physical values.
+
+    Returns
+    -------
+    Measurement
+        ``held`` for a command; its noise is then 0. Spikes are set aside only where the values are measured: a
+        thruster got what was sent.
+    """
+    step = float(np.median(np.diff(raw.t))) if len(raw.t) > 1 else 0.0
+    held = holds(raw.value)
+    sigma = 0.0 if held else feedback_noise(raw.value)
+    measured = raw.source.quantity in MEASURED and not held
+    spike = spikes(raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
+    reasons = {k: int(n) for k, n in (("flagged", raw.flagged.sum()), ("spike", spike.sum())) if n}
+    good = ~(raw.flagged | spike)
+    return Measurement(raw.quantity, raw.t, raw.value, sigma, good, raw.source.name, reasons, step, held)
+
+
+def holds(value: FloatArray) -> bool:
+    """Whether an input's values are steps that hold, rather than a motion.
+
+    Most neighbours are then equal, and most changes stand alone.
+    """
+    change = np.diff(value) != 0.0
+    if len(change) < 3 or not change.any():
+        return True
+    alone = change[1:-1] & ~change[:-2] & ~change[2:]
+    return bool(change.mean() < 0.5 and alone.sum() > 0.5 * change.sum())
+
+
+def feedback_noise(value: FloatArray) -> float:
+    """Standard deviation of the white noise of feedback: from its third differences, by their median.
+
+    The median passes over the moments at which the actuator starts and stops; rounding is the least.
+    """
+    if len(value) < 8:
+        return 0.0
+    third = np.diff(value, n=3)
+    noise = MAD_TO_SIGMA * float(np.median(np.abs(third))) / np.sqrt(20.0)
+    return max(noise, resolution(value) / np.sqrt(12.0))
+
+
+def spikes(value: FloatArray, sigma: float) -> BoolArray:
+    """Single samples that stand out from both sides, which agree; (n,) bool."""
+    out = np.zeros(len(value), dtype=bool)
+    if len(value) < 5:
+        return out
+    low, high = np.percentile(value, [1.0, 99.0])
+    least = max(SPIKE_SIGMAS * sigma, SPIKE_SHARE * float(high - low))
+    before, middle, after = value[:-2], value[1:-1], value[2:]
+    away = np.minimum(np.abs(middle - before), np.abs(middle - after))
+    same_side = (middle - before) * (middle - after) > 0.0
+    out[1:-1] = same_side & (away > least) & (np.abs(after - before) < 0.5 * away)
+    return out
