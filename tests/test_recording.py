@@ -1,0 +1,230 @@
+"""The Rerun recording, read back with the library's own reader."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from results_example import CURRENT, example_results
+
+from validate.recording import entities, write_recording
+from validate.recording.recording import recording_id
+from validate.recording.stream import MOST, strips
+from validate.recording.tracks import geographic, on_plan
+
+NAME = "zigzag0.nmea"
+
+
+@pytest.fixture(scope="module")
+def results():
+    return example_results(logs=2, duration=20.0)
+
+
+@pytest.fixture(scope="module")
+def file(results, tmp_path_factory):
+    path = tmp_path_factory.mktemp("recording") / "recording.rrd"
+    write_recording(results, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def chunks(file):
+    return read(file)
+
+
+@pytest.fixture
+def rerun(tmp_path):
+    """The command that comes with the library, with its analytics off and a home of its own."""
+    found = shutil.which("rerun", path=str(Path(sys.executable).parent))
+    if found is None:
+        pytest.skip("the rerun command is not installed beside Python")
+    environment = {**os.environ, "HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path)}
+
+    def call(*words):
+        done = subprocess.run([found, *map(str, words)], capture_output=True, text=True, timeout=60, env=environment)
+        return done.returncode
+
+    assert call("analytics", "disable") == 0
+    return call
+
+
+def read(path):
+    """Entity path without its slash to its chunks."""
+    from rerun.chunk import RrdReader
+
+    out = {}
+    for chunk in RrdReader(path).stream().to_chunks():
+        out.setdefault(str(chunk.entity_path).lstrip("/"), []).append(chunk)
+    return out
+
+
+def moving(chunks, path):
+    """The chunks of an entity that lie on time lines."""
+    return [c for c in chunks[path] if not c.is_static]
+
+
+def column(chunks, path, component):
+    """All values of a component along the time line, flattened."""
+    parts = [c.to_record_batch() for c in moving(chunks, path)]
+    arrays = [
+        np.array(batch.column(name).flatten().to_numpy(zero_copy_only=False))
+        for batch in parts
+        for name in batch.schema.names
+        if name.endswith(component)
+    ]
+    return np.concatenate(arrays)
+
+
+def test_every_log_has_its_views(chunks):
+    for path in (
+        entities.plan(NAME, "raw"),
+        entities.plan(NAME, "outliers"),
+        entities.plan(NAME, "smoothed"),
+        entities.plan(NAME, "before"),
+        entities.plan(NAME, "after"),
+        entities.plan(NAME, "hull_smoothed"),
+        entities.plan(NAME, "current"),
+        entities.chart(NAME, "smoothed"),
+        entities.signal(NAME, "x", "outliers"),
+        entities.signal(NAME, "r", "cleaned"),
+        entities.signal(NAME, "u", "band/high"),
+        entities.prediction(NAME, "v", "before"),
+        entities.residual(NAME, "r", "noise/low"),
+        entities.actuator(NAME, "rudder", "commanded"),
+        entities.actuator(NAME, "rudder", "actuator"),
+        f"{entities.EVENTS}/{NAME}",
+        entities.REPORT,
+        entities.VERDICT,
+        f"{entities.DIAGNOSIS}/round_1/candidates",
+    ):
+        assert path in chunks, path
+
+
+def test_the_timelines_are_elapsed_and_utc(chunks):
+    chunk = moving(chunks, entities.prediction(NAME, "u", "after"))[0]
+    assert set(chunk.timeline_names) == {"elapsed", "utc"}
+
+
+def test_without_utc_and_origin_there_is_only_elapsed_and_no_map(tmp_path):
+    write_recording(example_results(logs=1, duration=5.0, utc=False, origin=None), tmp_path / "x.rrd")
+    chunks = read(tmp_path / "x.rrd")
+    assert moving(chunks, entities.prediction(NAME, "u", "after"))[0].timeline_names == ["elapsed"]
+    assert not any("/map/" in path for path in chunks)
+
+
+@pytest.mark.parametrize("channel", ["u", "v", "r", "psi"])
+def test_values_and_rows_are_those_of_the_tables(chunks, results, channel):
+    table = results.predictions[f"logs/{NAME}"]
+    for part in ("before", "after"):
+        found = column(chunks, entities.prediction(NAME, channel, part), "scalars")
+        np.testing.assert_array_equal(found, table[f"{channel}_{part}"])
+    residual = column(chunks, entities.residual(NAME, channel, "after"), "scalars")
+    np.testing.assert_array_equal(residual, table[channel] - table[f"{channel}_after"])
+
+
+def test_times_are_those_of_the_tables(chunks, results):
+    table = results.predictions[f"logs/{NAME}"]
+    batch = moving(chunks, entities.prediction(NAME, "u", "after"))[0].to_record_batch()
+    elapsed = batch.column("elapsed").to_numpy(zero_copy_only=False).astype("timedelta64[ns]").astype(np.int64)
+    np.testing.assert_array_equal(elapsed, np.rint(table["t"] * 1e9).astype(np.int64))
+    utc = batch.column("utc").to_numpy(zero_copy_only=False).astype("datetime64[ns]").astype(np.int64)
+    np.testing.assert_array_equal(utc, table["utc_ns"])
+
+
+def test_raw_is_everything_and_cleaned_is_without_the_outliers(chunks, results):
+    position = results.trials[0].measurements["position"]
+    raw, cleaned, outliers = (
+        column(chunks, entities.signal(NAME, "x", part), "scalars") for part in ("raw", "cleaned", "outliers")
+    )
+    np.testing.assert_array_equal(raw, position.value[:, 0])
+    np.testing.assert_array_equal(cleaned, position.value[position.good, 0])
+    np.testing.assert_array_equal(outliers, position.value[~position.good, 0])
+
+
+def test_the_hull_is_to_scale_and_turns_with_the_heading(chunks, results):
+    path = entities.plan(NAME, "hull_smoothed")
+    table, vessel = results.predictions[f"logs/{NAME}"], results.after.vessel
+    outline = chunks[f"{path}/outline"][0].to_record_batch()
+    name = next(n for n in outline.schema.names if n.endswith("strips"))
+    points = np.array(outline.column(name).to_pylist()[0][0])
+    assert np.ptp(points[:, 1]) == pytest.approx(vessel.length)
+    assert np.ptp(points[:, 0]) == pytest.approx(vessel.beam)
+    translation = np.stack(column(chunks, path, "translation")).reshape(-1, 3)
+    quaternion = np.stack(column(chunks, path, "quaternion")).reshape(-1, 4)
+    np.testing.assert_allclose(translation[:, 0], table["y"], atol=1e-4)
+    np.testing.assert_allclose(translation[:, 1], -table["x"], atol=1e-4)
+    turned = 2 * np.arctan2(quaternion[:, 2], quaternion[:, 3])
+    np.testing.assert_allclose(np.cos(turned), np.cos(table["psi"]), atol=1e-5)
+
+
+def test_north_is_up_and_east_is_right():
+    np.testing.assert_array_equal(on_plan(np.array([1.0]), np.array([2.0])), [[2.0, -1.0]])
+
+
+def test_the_current_points_where_the_water_flows(chunks):
+    batch = chunks[entities.plan(NAME, "current")][0].to_record_batch()
+    name = next(n for n in batch.schema.names if n.endswith("vectors"))
+    right, down = np.array(batch.column(name).to_pylist()[0][0])
+    assert np.arctan2(right, -down) == pytest.approx(CURRENT[1], abs=0.05)
+
+
+def test_the_map_starts_at_the_origin():
+    origin = (59.43, 24.75)
+    found = geographic(np.array([0.0, 100.0]), np.array([0.0, 0.0]), origin)
+    np.testing.assert_allclose(found[0], origin)
+    assert found[1, 0] - found[0, 0] == pytest.approx(100 / 111_400, rel=0.01)
+
+
+def test_a_track_is_cut_where_nothing_was_measured():
+    track = np.column_stack([np.arange(6.0), np.arange(6.0)])
+    track[2] = np.nan
+    assert [len(s) for s in strips(track)] == [2, 3]
+
+
+def test_candidates_and_verdict_are_in_words(chunks):
+    batch = chunks[f"{entities.DIAGNOSIS}/round_1/table"][0].to_record_batch()
+    words = str(batch.to_pydict())
+    assert words.index("current") < words.index("wind") < words.index("quadratic damping")
+    assert "a current of 0.178" in str(chunks[entities.VERDICT][0].to_record_batch().to_pydict())
+
+
+def test_without_effects_there_is_no_before(tmp_path):
+    write_recording(example_results(logs=1, duration=5.0, loop=False), tmp_path / "x.rrd")
+    chunks = read(tmp_path / "x.rrd")
+    assert entities.prediction(NAME, "u", "before") not in chunks
+    assert entities.prediction(NAME, "u", "after") in chunks
+
+
+def test_the_recording_is_sound_and_repeatable(file, results, rerun, tmp_path):
+    again, other = tmp_path / "again.rrd", tmp_path / "other.rrd"
+    later = {"ingest": 99.0, "total": 123.0}
+    write_recording(replace(results, timing_s=later), again)
+    table = results.predictions[f"logs/{NAME}"].assign(u_after=0.0)
+    write_recording(replace(results, predictions={**results.predictions, f"logs/{NAME}": table}), other)
+    assert rerun("rrd", "verify", file) == 0
+    assert rerun("rrd", "compare", "--unordered", file, again) == 0
+    assert rerun("rrd", "compare", "--unordered", file, other) != 0
+
+
+def test_the_identity_depends_on_the_seed_and_not_on_the_time(results):
+    assert recording_id(results) == recording_id(replace(results, timing_s={}))
+    assert recording_id(results) != recording_id(replace(results, after=replace(results.after, seed=1)))
+
+
+@pytest.mark.slow
+def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path):
+    results = example_results(logs=1, duration=3600.0, rate=50.0)
+    started = time.perf_counter()
+    write_recording(results, tmp_path / "x.rrd")
+    assert time.perf_counter() - started < 5.0
+    assert (tmp_path / "x.rrd").stat().st_size < 150e6
+    chunks, table = read(tmp_path / "x.rrd"), results.predictions[f"logs/{NAME}"]
+    for part in ("before", "after"):
+        found = column(chunks, entities.prediction(NAME, "v", part), "scalars")
+        assert len(found) <= MOST + 2
+        assert (found.min(), found.max()) == (table[f"v_{part}"].min(), table[f"v_{part}"].max())
