@@ -11,8 +11,10 @@ import pandas as pd
 
 from preprocess import frames
 from preprocess.chains import Segments, Stream
-from preprocess.gaps import find_segments
+from preprocess.clocks import clock_offsets
 from preprocess.commands import judge_input
+from preprocess.findings import longest_kind, manoeuvres_of, said
+from preprocess.gaps import find_segments
 from preprocess.judge import Judged, judge
 from preprocess.raw import Raw
 from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
@@ -57,12 +59,18 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     measurements = {k: measurement(j, sigma.get(k, float("nan"))) for k, j in judged.items()}
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
+    offsets = clock_offsets(heading, table, segments, inputs)
+    found = manoeuvres_of(table, segments, inputs, vessel.length)
+    findings = tuple(said(judged, segments, offsets, found))
     history = (
+        *(Step("set_aside", {"quantity": k, **j.reasons}) for k, j in judged.items() if j.reasons),
+        *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),
         Step("segments", {"segments": [list(s) for s in segments]}),
         Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
         Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track)}),
+        Step("clock_offsets", {o.stream: [o.against, o.offset, o.stderr] for o in offsets}),
     )
-    return Made(measurements, inputs, table, segments, None, (), history)
+    return Made(measurements, inputs, table, segments, longest_kind(found), findings, history)
 
 
 def _named(chain: ChainResult) -> dict[str, float]:

@@ -1,0 +1,218 @@
+"""Offsets between the clocks of a log, from the motion itself: reported with their uncertainty, never removed.
+
+An offset is stamp less true time. Between heading and yaw rate it is found by the likelihood of the heading chain
+with the yaw rate's stamps moved. Position and heading share no kinematic equation, and neither do inputs and motion:
+there the offset is found beside a linear model of the response (sway to yaw; yaw to the inputs) in the weak form,
+and cannot be told from an actuator's delay or from what that model lacks. Whether it is a fault of the log is for
+the diagnosis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from preprocess.chains import Segments, Stream, assemble, variances
+from preprocess.kalman import cost
+from preprocess.levels import Levels, thin_out
+from preprocess.smoother import ChainResult, first_guess
+from preprocess.trial import FloatArray, Measurement
+from preprocess.weak_form import weak_form
+
+#: Offsets are searched for up to this, s.
+LONGEST = 1.5
+#: Reported beyond this many standard errors, and this many seconds.
+STANDARD_ERRORS = 4.0
+LEAST = 0.02
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """Offset of a stream's stamps.
+
+    Attributes
+    ----------
+    stream, against : str
+    offset, stderr : float
+        Stamp less true time, s, taking the stamps of ``against`` for true.
+    """
+
+    stream: str
+    against: str
+    offset: float
+    stderr: float
+
+    @property
+    def seen(self) -> bool:
+        """Whether it differs from zero by more than chance."""
+        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST)
+
+    def __str__(self) -> str:
+        late = "later" if self.offset > 0 else "earlier"
+        return (
+            f"The stamps of {self.stream} are {abs(self.offset):.3f} ± {self.stderr:.3f} s {late} than those of "
+            f"{self.against} say."
+        )
+
+
+def parabola_minimum(tau: FloatArray, value: FloatArray) -> tuple[float, float]:
+    """Place of the minimum and second derivative there, from a parabola through the lowest five points."""
+    k = int(np.clip(np.argmin(value), 2, len(tau) - 3))
+    near = slice(k - 2, k + 3)
+    c = np.polyfit(tau[near] - tau[k], value[near] - value[k], 2)
+    if c[0] <= 0.0:
+        return float(tau[k]), 0.0
+    return float(tau[k] + np.clip(-c[1] / (2.0 * c[0]), tau[k - 2] - tau[k], tau[k + 2] - tau[k])), float(
+        2.0 * c[0]
+    )
+
+
+def search(objective: Callable[[float], float], longest: float = LONGEST) -> tuple[float, float]:
+    """Minimum of a function of an offset: a coarse grid, then finer ones about the lowest; (place, curvature)."""
+    centre, width, curvature = 0.0, longest, 0.0
+    for _ in range(3):
+        tau = np.linspace(centre - width, centre + width, 13)
+        centre, curvature = parabola_minimum(tau, np.array([objective(float(x)) for x in tau]))
+        width /= 4.0
+    return centre, curvature
+
+
+def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | None:
+    """Offset of the yaw rate's stamps against the heading's, by likelihood; None without a yaw rate."""
+    names = [s.name for s in heading.streams]
+    if names != ["heading", "yaw_rate"] or not segments:
+        return None
+    compass, gyro = heading.streams
+    _, prior = first_guess(heading.streams)
+    levels = heading.levels
+
+    def deviance(tau: float) -> float:
+        moved = replace(gyro, t=gyro.t - tau)
+        return _deviance((compass, moved), segments, levels, prior)
+
+    offset, curvature = search(deviance)
+    # -2 log L has curvature 2 / variance
+    stderr = np.sqrt(2.0 / curvature) if curvature > 0.0 else np.inf
+    return ClockOffset("yaw_rate", "heading", offset, float(stderr))
+
+
+def _deviance(streams: tuple[Stream, ...], segments: Segments, levels: Levels, prior: FloatArray) -> float:
+    assembled = assemble(streams, segments, np.empty(0))
+    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    thin, _ = thin_out(rows, assembled.stream)
+    return cost(thin, levels.q, prior)
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """One stretch of the smoothed states on an even grid, with columns ready to be shifted."""
+
+    t: FloatArray
+    columns: Mapping[str, FloatArray]
+    half: float
+
+
+def _grids(states: pd.DataFrame, segments: Segments, half: float) -> list[_Grid]:
+    out = []
+    for low, high in segments:
+        part = states[(states["t"] >= low) & (states["t"] <= high)].dropna()
+        if high - low > 6.0 * half and len(part) > 20:
+            t = np.arange(low, high, half / 15.0)
+            keep = ("psi", "u", "v", "r")
+            out.append(_Grid(t, {k: np.interp(t, part["t"], part[k]) for k in keep}, half))
+    return out
+
+
+def _profile(
+    grids: list[_Grid], build: Callable[[_Grid, float], tuple[FloatArray, FloatArray]]
+) -> ClockOffset | None:
+    """Offset that leaves least of a linear equation in the weak form, and its standard error."""
+    forms = [weak_form(g.t, g.half) for g in grids]
+    windows = sum(len(f.centres) for f in forms)
+    if windows < 30:
+        return None
+
+    def left(tau: float) -> float:
+        target, design = [], []
+        for g, f in zip(grids, forms, strict=True):
+            y, x = build(g, tau)
+            target.append(-(f.derivatives @ y))
+            design.append(np.asarray(f.values @ x))
+        a, b = np.vstack(design), np.concatenate(target)
+        scale = np.maximum(np.abs(a).max(axis=0), 1e-12)
+        solution = np.linalg.lstsq(a / scale, b, rcond=1e-9)[0]
+        return float(((b - a / scale @ solution) ** 2).sum())
+
+    offset, curvature = search(left)
+    # neighbouring windows overlap by three quarters: a quarter of them count
+    variance = 2.0 * left(offset) / max(windows / 4.0 - 8.0, 1.0) * 4.0 / max(curvature, 1e-300)
+    return ClockOffset("", "", offset, float(np.sqrt(variance)))
+
+
+def response_time(states: pd.DataFrame) -> float:
+    """Half a window that holds the turns of this vessel: from the power of ṙ against that of r, s."""
+    r, dr = states["r"].dropna().to_numpy(), states["dr"].dropna().to_numpy()
+    speed = float(np.std(dr) / max(np.std(r), 1e-12)) if len(r) else 1.0
+    return float(np.clip(1.5 / max(speed, 1e-3), 1.0, 20.0))
+
+
+def position_offset(states: pd.DataFrame, segments: Segments) -> ClockOffset | None:
+    """Offset of the position's stamps against the heading's, beside a linear response of sway to yaw."""
+    grids = _grids(states, segments, response_time(states))
+
+    def build(g: _Grid, tau: float) -> tuple[FloatArray, FloatArray]:
+        # velocities stamped t are those of t - tau: turn them by the heading of that time, on the true time scale
+        psi = g.columns["psi"]
+        c, s = np.cos(psi), np.sin(psi)
+        north, east = g.columns["u"] * c - g.columns["v"] * s, g.columns["u"] * s + g.columns["v"] * c
+        moved = [np.interp(g.t + tau, g.t, k) for k in (north, east)]
+        u, v = moved[0] * c + moved[1] * s, -moved[0] * s + moved[1] * c
+        r = g.columns["r"]
+        return v, np.column_stack([v, r, u * r, u * v, np.abs(v) * v, np.abs(r) * r, np.ones_like(r)])
+
+    found = _profile(grids, build) if grids else None
+    return None if found is None else replace(found, stream="position", against="heading")
+
+
+def inputs_offset(
+    states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement]
+) -> ClockOffset | None:
+    """Offset of the inputs' stamps against the motion's, beside a linear response of yaw to them.
+
+    Motion that follows the inputs late (a delay or a lag of an actuator) makes it negative.
+    """
+    grids = _grids(states, segments, response_time(states))
+    moving = {k: m for k, m in inputs.items() if len(m.t) > 3 and np.ptp(m.value) > 0.0}
+
+    def build(g: _Grid, tau: float) -> tuple[FloatArray, FloatArray]:
+        u, v, r = (g.columns[k] for k in ("u", "v", "r"))
+        logged = [_at(m, g.t + tau) for m in moving.values()]
+        terms = [v, r, u * r, u * v, np.abs(r) * r, np.ones_like(r)]
+        return r, np.column_stack(
+            [*terms, *logged, *(np.abs(c) * c for c in logged), *(c * u * u for c in logged)]
+        )
+
+    found = _profile(grids, build) if grids and moving else None
+    return None if found is None else replace(found, stream="the inputs", against="the motion")
+
+
+def _at(m: Measurement, t: FloatArray) -> FloatArray:
+    """The logged input at any times: held, or straight between samples."""
+    if not m.held:
+        return np.interp(t, m.t, m.value)
+    return np.asarray(m.value[np.clip(np.searchsorted(m.t, t, side="right") - 1, 0, len(m.t) - 1)], float)
+
+
+def clock_offsets(
+    heading: ChainResult, states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement]
+) -> tuple[ClockOffset, ...]:
+    """All offsets that the motion of one trial can tell; see the module."""
+    found = (
+        yaw_rate_offset(heading, segments),
+        position_offset(states, segments),
+        inputs_offset(states, segments, inputs),
+    )
+    return tuple(f for f in found if f is not None and np.isfinite(f.stderr))

@@ -1,0 +1,186 @@
+"""What the data can and cannot identify, said before anything is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from preprocess.trial import FloatArray, Trial
+
+#: Columns of a scaled regression beyond this condition number are collinear for practical purposes.
+COLLINEAR = 1e3
+LEAST_COHERENCE = 0.3
+
+
+@dataclass(frozen=True)
+class Regression:
+    """One equation: its terms, its rank, and the condition number of its scaled columns."""
+
+    equation: str
+    terms: tuple[str, ...]
+    rank: int
+    condition: float
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What a set of trials excites.
+
+    Attributes
+    ----------
+    ranges : mapping of name to (low, high)
+        5th and 95th percentile of u, v, r (SI) and of each input.
+    levels : mapping of input to int
+        How many distinct levels it was used at (of twenty over its range).
+    coherence : mapping of input to float
+        Largest coherence with the surge or yaw acceleration, where the input has most of its power.
+    regressions : tuple of Regression
+    headings : float
+        Span of headings sailed, rad, 2π at most.
+    sentences : tuple of str
+        What follows, for the report.
+    """
+
+    ranges: Mapping[str, tuple[float, float]]
+    levels: Mapping[str, int]
+    coherence: Mapping[str, float]
+    regressions: tuple[Regression, ...]
+    headings: float
+    sentences: tuple[str, ...]
+
+
+def excitation(trials: Sequence[Trial]) -> Excitation:
+    """Judge what trials excite, all together.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        The identify trials of one vessel.
+    """
+    grids = [_grid(t) for t in trials]
+    names = list(grids[0]) if grids else []
+    pooled = {k: np.concatenate([g[k] for g in grids]) for k in names}
+    inputs = [i.name for i in trials[0].inputs_declared] if trials else []
+    ranges = {k: _range(pooled[k]) for k in ("u", "v", "r", *inputs)}
+    levels = {k: _levels(pooled[k]) for k in inputs}
+    coherence = {k: _coherence(grids, k) for k in inputs}
+    regressions = tuple(_regression(pooled, inputs))
+    headings = _headings(pooled["psi"])
+    said = tuple(_sentences(ranges, levels, coherence, regressions, headings))
+    return Excitation(ranges, levels, coherence, regressions, headings, said)
+
+
+def _grid(trial: Trial) -> dict[str, FloatArray]:
+    """States and inputs of a trial at most every 0.2 s, inside its segments."""
+    states = trial.states.dropna(subset=["u", "r", "psi"])
+    if len(states) > 10:
+        states = states.iloc[:: max(1, int(0.2 * len(states) / max(np.ptp(states["t"]), 0.2)))]
+    out = {k: states[k].to_numpy() for k in ("t", "u", "v", "r", "psi", "du", "dr")}
+    for name, m in trial.inputs.items():
+        out[name] = np.interp(out["t"], m.t, m.value) if len(m.t) else np.zeros(len(states))
+    return out
+
+
+def _range(x: FloatArray) -> tuple[float, float]:
+    low, high = np.percentile(x, [5.0, 95.0]) if len(x) else (0.0, 0.0)
+    return float(low), float(high)
+
+
+def _levels(x: FloatArray) -> int:
+    if not len(x) or np.ptp(x) == 0.0:
+        return 1
+    counts, _ = np.histogram(x, bins=20)
+    return int((counts > 0.02 * len(x)).sum())
+
+
+def _headings(psi: FloatArray) -> float:
+    if not len(psi):
+        return 0.0
+    counts, _ = np.histogram(np.mod(psi, 2.0 * np.pi), bins=36, range=(0.0, 2.0 * np.pi))
+    return float(2.0 * np.pi * (counts > 0.003 * len(psi)).mean())
+
+
+def _coherence(grids: Sequence[Mapping[str, FloatArray]], name: str) -> float:
+    """Largest coherence of an input with u̇ or ṙ, weighted by the input's power, over the trials."""
+    return max((max(_pair(g[name], g[k]) for k in ("du", "dr")) for g in grids), default=0.0)
+
+
+def _pair(x: FloatArray, y: FloatArray) -> float:
+    from scipy.signal import coherence, periodogram
+
+    if len(x) < 64 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
+        return 0.0
+    size = min(256, len(x) // 4)
+    _, c = coherence(x, y, nperseg=size)
+    _, p = (
+        periodogram(x, nfft=2 * (len(c) - 1), detrend="constant")
+        if len(x) <= 2 * (len(c) - 1)
+        else _power(x, size)
+    )
+    return float((c * p[: len(c)]).sum() / max(p[: len(c)].sum(), 1e-300))
+
+
+def _power(x: FloatArray, size: int) -> tuple[FloatArray, FloatArray]:
+    from scipy.signal import welch
+
+    f, p = welch(x, nperseg=size)
+    return np.asarray(f), np.asarray(p)
+
+
+def _regression(g: Mapping[str, FloatArray], inputs: Sequence[str]) -> list[Regression]:
+    u, v, r = g["u"], g["v"], g["r"]
+    forces = {f"|{k}|{k}": np.abs(g[k]) * g[k] for k in inputs}
+    surge = {"u": u, "|u|u": np.abs(u) * u, "vr": v * r, "r²": r * r, **forces}
+    turn = {
+        "uv": u * v,
+        "ur": u * r,
+        "|v|v": np.abs(v) * v,
+        "|v|r": np.abs(v) * r,
+        "1": np.ones_like(u),
+        **forces,
+    }
+    return [_rank("u", surge), _rank("v, r", turn)]
+
+
+def _rank(equation: str, terms: Mapping[str, FloatArray]) -> Regression:
+    columns = np.column_stack(list(terms.values()))
+    scale = np.linalg.norm(columns, axis=0)
+    scaled = columns / np.where(scale > 0.0, scale, 1.0)
+    singular = np.linalg.svd(scaled, compute_uv=False) if len(columns) else np.zeros(len(terms))
+    rank = int((singular > singular[0] / 1e8).sum()) if len(singular) and singular[0] > 0 else 0
+    condition = float(singular[0] / max(singular[-1], 1e-300)) if len(singular) else float("inf")
+    return Regression(equation, tuple(terms), rank, condition)
+
+
+def _sentences(
+    ranges: Mapping[str, tuple[float, float]],
+    levels: Mapping[str, int],
+    coherence: Mapping[str, float],
+    regressions: Sequence[Regression],
+    headings: float,
+) -> list[str]:
+    out = []
+    out += [
+        f"{k} was held at one value: what it does cannot be identified." for k, n in levels.items() if n <= 1
+    ]
+    weak = [k for k, c in coherence.items() if levels[k] > 1 and c < LEAST_COHERENCE]
+    out += [f"{k} shows little in the motion (coherence {coherence[k]:.2f})." for k in weak]
+    low, high = ranges["u"]
+    if high - low < 0.15 * max(abs(low), abs(high), 1e-9):
+        out.append("Nearly one speed: resistance and thrust cannot be told apart.")
+    if headings < np.pi:
+        out.append(
+            "Less than half of the compass was sailed: a current can look like a heading bias or like wind."
+        )
+    for x in regressions:
+        if x.rank < len(x.terms):
+            out.append(
+                f"Equation {x.equation}: {len(x.terms) - x.rank} of {len(x.terms)} terms are combinations of others."
+            )
+        elif x.condition > COLLINEAR:
+            out.append(
+                f"Equation {x.equation}: some terms are nearly combinations of others (condition {x.condition:.0f})."
+            )
+    return out

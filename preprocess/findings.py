@@ -1,0 +1,53 @@
+"""What a person should know of a trial, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from preprocess.chains import Segments
+from preprocess.clocks import ClockOffset
+from preprocess.judge import Judged
+from preprocess.manoeuvres import Found, classify_stretch
+from preprocess.trial import Measurement
+
+
+def manoeuvres_of(
+    states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement], length: float
+) -> list[Found]:
+    """The manoeuvres of all stretches, in order."""
+    out: list[Found] = []
+    for low, high in segments:
+        part = states[(states["t"] >= low) & (states["t"] <= high)]
+        out += classify_stretch(part, inputs, length)
+    return out
+
+
+def longest_kind(found: Sequence[Found]) -> str | None:
+    """The kind that takes most of the time; None where nothing was found."""
+    total: dict[str, float] = {}
+    for f in found:
+        total[f.kind] = total.get(f.kind, 0.0) + f.end - f.start
+    return max(total, key=lambda k: total[k], default=None)
+
+
+def said(
+    judged: Mapping[str, Judged], segments: Segments, offsets: Sequence[ClockOffset], found: Sequence[Found]
+) -> list[str]:
+    """Sentences for the report."""
+    out = []
+    if not segments:
+        out.append("No unbroken stretch with both position and heading: nothing of this log can be used.")
+    if len(segments) > 1:
+        out.append(f"Split into {len(segments)} stretches where too much was missing to bridge.")
+    for name, j in judged.items():
+        share = 1.0 - j.good.mean() if len(j.good) else 0.0
+        if share > 0.02:
+            why = ", ".join(f"{n} {reason}" for reason, n in j.reasons.items())
+            out.append(f"{share:.1%} of the samples of {name} were set aside ({why}).")
+    if "yaw_rate" not in judged:
+        out.append("No yaw rate was logged: it follows from the heading alone.")
+    out += [str(o) for o in offsets if o.seen]
+    out += [f"{f.kind} {f.detail}, {f.start:.0f}-{f.end:.0f} s.".replace(" ,", ",") for f in found]
+    return out

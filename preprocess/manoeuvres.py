@@ -1,0 +1,206 @@
+"""Which manoeuvre a stretch is, from its motion and its inputs; and the manoeuvres of a long log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from preprocess.trial import FloatArray, Measurement, Trial
+
+#: Below this Froude number a vessel is idle.
+IDLE_FROUDE = 0.02
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True)
+class Found:
+    """A manoeuvre: what, from when to when (s), and in words what is particular of it."""
+
+    kind: str
+    start: float
+    end: float
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Motion on an even grid with the input that steers: (n,) each; ``steer`` is None where nothing does."""
+
+    t: FloatArray
+    speed: FloatArray
+    psi: FloatArray
+    r: FloatArray
+    steer: FloatArray | None
+    angle: bool
+    throttle: FloatArray | None
+
+
+def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
+    """Classify the stretches of a trial, cut where it lies idle.
+
+    Parameters
+    ----------
+    trial : Trial
+
+    Returns
+    -------
+    tuple of Found
+    """
+    out: list[Found] = []
+    for low, high in trial.segments:
+        part = trial.states[(trial.states["t"] >= low) & (trial.states["t"] <= high)]
+        out += classify_stretch(part, trial.inputs, trial.vessel.length)
+    return tuple(out)
+
+
+def classify_stretch(states: pd.DataFrame, inputs: Mapping[str, Measurement], length: float) -> list[Found]:
+    """The manoeuvres of one unbroken stretch: idle parts of 10 s or more, and what lies between them."""
+    s = _gridded(states, inputs)
+    if s is None:
+        return []
+    idle = s.speed < IDLE_FROUDE * np.sqrt(GRAVITY * length)
+    edges = np.flatnonzero(np.diff(idle.astype(int))) + 1
+    bounds = np.concatenate([[0], edges, [len(s.t)]])
+    pieces = [(int(a), int(b)) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    step = float(s.t[1] - s.t[0])
+    return [_named(_cut(s, a, b), bool(idle[a])) for a, b in _merged(pieces, idle, 10.0 / step)]
+
+
+def _merged(pieces: list[tuple[int, int]], idle: np.ndarray, least: float) -> list[tuple[int, int]]:
+    """Join short pieces to the one before."""
+    out: list[tuple[int, int]] = []
+    for a, b in pieces:
+        if out and (b - a < least or idle[out[-1][0]] == idle[a]):
+            out[-1] = (out[-1][0], b)
+        else:
+            out.append((a, b))
+    return out
+
+
+def _gridded(states: pd.DataFrame, inputs: Mapping[str, Measurement]) -> _Stretch | None:
+    part = states.dropna(subset=["u", "r"])
+    if len(part) < 10 or part["t"].iloc[-1] - part["t"].iloc[0] < 2.0:
+        return None
+    t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], min(len(part), 2000))
+    u, v, psi, r = (np.interp(t, part["t"], part[k]) for k in ("u", "v", "psi", "r"))
+    values = {k: np.interp(t, m.t, m.value) for k, m in inputs.items() if len(m.t) > 1}
+    steer, angle = _steering(values, inputs, r)
+    moving = [x for x in values.values() if np.ptp(x) > 0.0]
+    throttle = np.mean(np.abs(moving), axis=0) if moving else None
+    return _Stretch(t, np.hypot(u, v), psi, r, steer, angle, throttle)
+
+
+def _steering(
+    values: Mapping[str, FloatArray], inputs: Mapping[str, Measurement], r: FloatArray
+) -> tuple[FloatArray | None, bool]:
+    """The combination of inputs that goes with the yaw rate, and whether it is one angle."""
+    moving = {k: x for k, x in values.items() if np.ptp(x) > 0.0}
+    if not moving:
+        return None, False
+    design = np.column_stack([x - x.mean() for x in moving.values()])
+    weight = np.linalg.lstsq(design, r - r.mean(), rcond=1e-6)[0]
+    best = int(np.argmax(np.abs(weight) * design.std(axis=0)))
+    name = list(moving)[best]
+    angle = inputs[name].source != "" and float(np.abs(moving[name]).max()) < 1.6 and len(moving) <= 2
+    return (list(moving.values())[best], True) if angle else (design @ weight, False)
+
+
+def _cut(s: _Stretch, a: int, b: int) -> _Stretch:
+    def part(x: FloatArray | None) -> FloatArray | None:
+        return None if x is None else x[a:b]
+
+    return _Stretch(s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle))
+
+
+def _named(s: _Stretch, idle: bool) -> Found:
+    kind, detail = ("idle", "") if idle else classify(s)
+    return Found(kind, float(s.t[0]), float(s.t[-1]), detail)
+
+
+def classify(s: _Stretch) -> tuple[str, str]:
+    """Kind and particulars of one piece."""
+    turn = float(np.abs(np.diff(s.psi)).sum())
+    net = float(s.psi[-1] - s.psi[0])
+    levels = plateaus(s.steer) if s.steer is not None else np.empty(0)
+    if turn < np.radians(25.0):
+        return _straight(s)
+    if len(levels) >= 5 and _one_way(levels) and turn > np.radians(180.0):
+        return "spiral", f"{len(levels)} levels of the steering"
+    if abs(net) > np.radians(270.0) and abs(net) > 0.9 * turn:
+        return "circle", f"{np.degrees(net):+.0f}° of heading"
+    swings = reversals(s.psi, np.radians(4.0))
+    if len(swings) >= 3 and _alternates(levels):
+        return "zigzag", _zigzag_angles(s)
+    both = _large_turns(swings)
+    return ("circle", "to both sides") if both else ("random", "")
+
+
+def _straight(s: _Stretch) -> tuple[str, str]:
+    first, last = (
+        float(np.median(s.speed[: len(s.speed) // 8 + 1])),
+        float(np.median(s.speed[-len(s.speed) // 8 :])),
+    )
+    if last < 0.35 * first:
+        return "stopping", f"from {first:.2f} to {last:.2f} m/s"
+    varied = s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6)
+    return ("speed", "") if varied else ("straight", "")
+
+
+def plateaus(steer: FloatArray, share: float = 0.04) -> FloatArray:
+    """Levels at which the steering stays, in order; a level holds for 3 % of the stretch at least."""
+    least, tolerance = max(3, len(steer) * 3 // 100), share * max(float(np.ptp(steer)), 1e-12)
+    breaks = np.flatnonzero(np.abs(np.diff(steer)) > 0.5 * tolerance) + 1
+    pieces = np.split(steer, breaks)
+    levels = [float(np.median(p)) for p in pieces if len(p) >= least]
+    out: list[float] = []
+    for level in levels:
+        if not out or abs(level - out[-1]) > tolerance:
+            out.append(level)
+    return np.array(out)
+
+
+def _one_way(levels: FloatArray) -> bool:
+    """Levels that go through the range step by step, one way or there and back."""
+    steps = np.sign(np.diff(levels))
+    return len(np.unique(np.round(levels, 3))) >= 5 and int((np.diff(steps) != 0).sum()) <= 2
+
+
+def _alternates(levels: FloatArray) -> bool:
+    """Levels of about two sizes that change sides each time; feedback may have too few to tell."""
+    if len(levels) < 3:
+        return True
+    middle = 0.5 * (levels.max() + levels.min())
+    sides = np.sign(levels - middle)
+    return bool(np.mean(np.diff(sides) != 0) > 0.7)
+
+
+def reversals(psi: FloatArray, least: float) -> FloatArray:
+    """Headings at which the vessel turned back by more than ``least``, in order; (k,) rad."""
+    out, low, high, rising = [], psi[0], psi[0], 0
+    for x in psi:
+        low, high = min(low, x), max(high, x)
+        if rising >= 0 and high - x > least:
+            out.append(high)
+            rising, low, high = -1, x, x
+        elif rising <= 0 and x - low > least:
+            out.append(low)
+            rising, low, high = 1, x, x
+    return np.array(out)
+
+
+def _large_turns(swings: FloatArray) -> bool:
+    return bool(len(swings) >= 1 and np.abs(np.diff(swings)).max(initial=0.0) > 1.5 * np.pi)
+
+
+def _zigzag_angles(s: _Stretch) -> str:
+    """Rudder angle and heading at which it was put over, as in "20/10", degrees."""
+    if s.steer is None or not s.angle:
+        return ""
+    rudder = float(np.median(np.abs(s.steer[np.abs(s.steer) > 0.5 * np.abs(s.steer).max()])))
+    over = np.flatnonzero(np.diff(np.sign(s.steer - np.median([s.steer.min(), s.steer.max()]))) != 0)
+    away = np.abs(s.psi[over[1:]] - np.median(s.psi)) if len(over) > 2 else np.empty(0)
+    switch = f"{np.degrees(np.median(away)):.0f}" if len(away) else "?"
+    return f"{np.degrees(rudder):.0f}/{switch}"
