@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ingest import read_log
 from ingest.errors import DataError, UnreadableLog, UsageError
+from seatrial.campaign.input_rules import RESERVED, UNITS
 from seatrial.inspection import Candidate, LogFacts, inspect_log
 from seatrial.names import MANOEUVRES, MODELS
 
@@ -61,7 +62,7 @@ signal = {signal}{source}
 
 STANDARD = """\
 [inputs.{kind}]
-kind = "{kind}"          # from {signal}
+kind = "{kind}"{named}
 """
 
 NO_INPUT = """\
@@ -179,19 +180,31 @@ def quoted(text: str) -> str:
 
 
 def input_blocks(facts: Sequence[LogFacts]) -> Iterator[str]:
-    """Standard rudder and propeller messages as they are; else the moving signals called like actuators."""
-    candidates = [c for c in common(facts) if c.quantity.startswith("input")]
-    standard = {c.quantity[7:-1]: c for c in reversed(candidates) if c.quantity != "input"}
-    yield from (
-        STANDARD.format(kind=kind, signal=c.signal) for kind, c in sorted(standard.items(), reverse=True)
-    )
+    """Rudder and propeller that every log has; else the moving signals that are called like actuators."""
+    standard = [kind for kind in ("rudder", "propeller") if all(best(f, f"input ({kind})") for f in facts)]
+    yield from (standard_block(kind, facts) for kind in standard)
     if standard:
         return
-    moving = [c for c in candidates if c.moves][:MOST_INPUTS]
+    moving = [c for c in common(facts) if c.quantity == "input" and c.moves][:MOST_INPUTS]
     names = input_names([c.signal for c in moving])
     yield from (input_block(name, c) for name, c in zip(names, moving, strict=True))
     if not moving:
         yield NO_INPUT.format(mark=MARK)
+
+
+def best(facts: LogFacts, quantity: str) -> Candidate | None:
+    """The best candidate of a log for a quantity."""
+    return next((c for c in facts.candidates if c.quantity == quantity), None)
+
+
+def standard_block(kind: str, facts: Sequence[LogFacts]) -> str:
+    """``[inputs.NAME]`` of a recognised input: by its signal, or by the standard message of several devices."""
+    found = {c for f in facts if (c := best(f, f"input ({kind})")) is not None}
+    signals, units, devices = ({getattr(c, key) for c in found} for key in ("signal", "unit", "source"))
+    if len(signals) > 1 or devices != {None}:
+        return STANDARD.format(kind=kind, named=f"          # from {' and '.join(sorted(signals))}")
+    unit = f"\nunit = {quoted(*units)}" if len(units) == 1 and units <= set(UNITS[kind]) else ""
+    return STANDARD.format(kind=kind, named=f"\nsignal = {quoted(*signals)}{unit}")
 
 
 def common(facts: Sequence[LogFacts]) -> list[Candidate]:
@@ -226,8 +239,6 @@ def input_names(signals: Sequence[str]) -> list[str]:
 
 def column_name(text: str) -> str:
     """Letters, digits and underscores, a letter first, no name that the results use themselves."""
-    from seatrial.campaign.input_rules import RESERVED
-
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").removesuffix("_raw").lower()
     return name if name[:1].isalpha() and name not in RESERVED else f"input_{name}".rstrip("_")
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-
 from ingest import read_log
 from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
