@@ -1,4 +1,4 @@
-"""A realistic `Results` without the pipeline: a toy boat in a current, its sensors, a fit without and with it."""
+"""A realistic `Results` without the pipeline: a toy boat in a current, fits without and with it."""
 
 from __future__ import annotations
 
@@ -252,17 +252,30 @@ def example_results(logs=4, duration=60.0, rate=20.0, utc=True, origin=(59.43, 2
     actuators = {
         t.name: pd.DataFrame({"t": t.states["t"], "rudder": lag, "n": t.inputs["n"].value}) for t, lag in made
     }
-    fitted = FittedEffect("current", None, (
-        Estimated("", "speed", 0.178, 0.004, "m/s"), Estimated("", "direction", 1.31, 0.02, "rad")))  # fmt: skip
+    fitted = FittedEffect(
+        "current",
+        None,
+        (Estimated("", "speed", 0.178, 0.004, "m/s"), Estimated("", "direction", 1.31, 0.02, "rad")),
+    )
     after = validation_of(predictions, "_after" if loop else "_before")
     before = make_fit()
     return Results(
         campaign="harbour/campaign.toml",
         logs=tuple(
-            Log(Path("/data/harbour") / t.name, "nmea0183", {}, messages=4000 + i, bytes_read=250_000,
+            Log(
+                Path("/data/harbour") / t.name,
+                "nmea0183",
+                {},
+                messages=4000 + i,
+                bytes_read=250_000,
                 bytes_damaged=0 if i else 312,
-                findings=() if i else (Finding("damaged", "checksum does not match", 1200, 312, "GGA", 4),
-                                       Finding("gap", "no position for 2.4 s", topic="GGA")))
+                findings=()
+                if i
+                else (
+                    Finding("damaged", "checksum does not match", 1200, 312, "GGA", 4),
+                    Finding("gap", "no position for 2.4 s", topic="GGA"),
+                ),
+            )
             for i, t in enumerate(trials)
         ),
         trials=trials,
@@ -274,7 +287,13 @@ def example_results(logs=4, duration=60.0, rate=20.0, utc=True, origin=(59.43, 2
         predictions=predictions,
         actuators=actuators,
         timing_s={"ingest": 0.4, "preprocess": 1.2, "identify": 5.1, "validate": 8.0, "total": 14.7},
-        equations=("u̇ = −0.55 |u|u + 0.0035 |n|n", "v̇ = −0.9 v − 0.45 ur − 0.08 δ", "ṙ = −1.1 r + 0.35 v + 0.55 δ"),
-        papers=("Blanke, M. (1981). Ship propulsion losses related to automatic steering and prime mover control.",
-                "Fossen, T. I. (2011). Handbook of Marine Craft Hydrodynamics and Motion Control."),
-    )  # fmt: skip
+        equations=(
+            "u̇ = −0.55 |u|u + 0.0035 |n|n",
+            "v̇ = −0.9 v − 0.45 ur − 0.08 δ",
+            "ṙ = −1.1 r + 0.35 v + 0.55 δ",
+        ),
+        papers=(
+            "Blanke, M. (1981). Ship propulsion losses related to automatic steering.",
+            "Fossen, T. I. (2011). Handbook of Marine Craft Hydrodynamics and Motion Control.",
+        ),
+    )

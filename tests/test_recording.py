@@ -46,7 +46,9 @@ def rerun(tmp_path):
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path)}
 
     def call(*words):
-        done = subprocess.run([found, *map(str, words)], capture_output=True, text=True, timeout=60, env=environment)
+        done = subprocess.run(
+            [found, *map(str, words)], capture_output=True, text=True, timeout=60, env=environment
+        )
         return done.returncode
 
     assert call("analytics", "disable") == 0
@@ -130,7 +132,9 @@ def test_values_and_rows_are_those_of_the_tables(chunks, results, channel):
 def test_times_are_those_of_the_tables(chunks, results):
     table = results.predictions[f"logs/{NAME}"]
     batch = moving(chunks, entities.prediction(NAME, "u", "after"))[0].to_record_batch()
-    elapsed = batch.column("elapsed").to_numpy(zero_copy_only=False).astype("timedelta64[ns]").astype(np.int64)
+    elapsed = (
+        batch.column("elapsed").to_numpy(zero_copy_only=False).astype("timedelta64[ns]").astype(np.int64)
+    )
     np.testing.assert_array_equal(elapsed, np.rint(table["t"] * 1e9).astype(np.int64))
     utc = batch.column("utc").to_numpy(zero_copy_only=False).astype("datetime64[ns]").astype(np.int64)
     np.testing.assert_array_equal(utc, table["utc_ns"])

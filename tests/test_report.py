@@ -432,8 +432,14 @@ def test_names_from_outside_are_escaped(results):
 
 
 def test_the_page_says_what_was_found_and_what_was_wrong(page):
-    for words in ("a current of 0.178", "wind would look the same", "checksum does not match", "reciprocal heading",
-                  "Blanke, M. (1981)", "the data give it only to 60 %"):  # fmt: skip
+    for words in (
+        "a current of 0.178",
+        "wind would look the same",
+        "checksum does not match",
+        "reciprocal heading",
+        "Blanke, M. (1981)",
+        "the data give it only to 60 %",
+    ):
         assert words in page
 
 
@@ -472,9 +478,11 @@ def test_text_and_lines_have_enough_contrast_in_light_and_dark(page):
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 PROBE = """<body><script>
 const widths = [390, 1440]; let out = [];
-for (const w of widths) { const f = document.createElement('iframe'); f.style.width = w + 'px'; f.style.height = '900px';
-  f.src = 'report.html'; f.onload = () => { const d = f.contentDocument.documentElement;
-    out.push(w + ':' + (d.scrollWidth - d.clientWidth)); document.title = out.join(' '); }; document.body.append(f); }
+for (const w of widths) { const f = document.createElement('iframe');
+  f.style.width = w + 'px'; f.style.height = '900px'; f.src = 'report.html';
+  f.onload = () => { const d = f.contentDocument.documentElement;
+    out.push(w + ':' + (d.scrollWidth - d.clientWidth)); document.title = out.join(' '); };
+  document.body.append(f); }
 </script></body>"""
 
 
@@ -482,10 +490,23 @@ for (const w of widths) { const f = document.createElement('iframe'); f.style.wi
 def test_in_a_browser_nothing_overflows_and_nothing_is_complained_of(folder, tmp_path):
     shutil.copy(folder / "report.html", tmp_path)
     (tmp_path / "probe.html").write_text(PROBE)
-    command = [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync",
-               "--disable-background-networking", "--disable-component-update", f"--user-data-dir={tmp_path / 'u'}",
-               "--window-size=1600,1000", "--allow-file-access-from-files", "--enable-logging=stderr",
-               "--virtual-time-budget=4000", "--dump-dom", f"file://{tmp_path / 'probe.html'}"]  # fmt: skip
+    command = [
+        CHROMIUM,
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-sync",
+        "--disable-background-networking",
+        "--disable-component-update",
+        f"--user-data-dir={tmp_path / 'u'}",
+        "--window-size=1600,1000",
+        "--allow-file-access-from-files",
+        "--enable-logging=stderr",
+        "--virtual-time-budget=4000",
+        "--dump-dom",
+        f"file://{tmp_path / 'probe.html'}",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     title = re.search(r"<title>(.*?)</title>", done.stdout)
     assert title, done.stdout[:500]

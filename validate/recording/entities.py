@@ -35,7 +35,7 @@ def log_root(name: str) -> str:
 
 
 def plan(name: str, part: str) -> str:
-    """Plan view: ``raw``, ``outliers``, ``smoothed``, ``before``, ``after``, ``hull``, ``current``, ``wind``."""
+    """Plan view: ``raw``, ``outliers``, ``smoothed``, ``before``, ``after``, ``current``."""
     return f"{log_root(name)}/plan/{part}"
 
 

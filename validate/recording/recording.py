@@ -66,8 +66,15 @@ def recording_id(results: Results) -> str:
     return hashlib.sha256(repr(facts).encode()).hexdigest()[:32]
 
 
-def send_log(rec: rr.RecordingStream, name: str, table: pd.DataFrame, results: Results, key: str, trials: list[Trial],
-             two: bool) -> None:  # fmt: skip
+def send_log(
+    rec: rr.RecordingStream,
+    name: str,
+    table: pd.DataFrame,
+    results: Results,
+    key: str,
+    trials: list[Trial],
+    two: bool,
+) -> None:
     """Everything of one log; ``name`` is its unique file name, ``key`` its name in the campaign."""
     clock = Clock(next((t.utc_ns for t in trials if t.utc_ns is not None), None))
     parts = ("before", "after") if two else ("after",)

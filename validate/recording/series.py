@@ -39,7 +39,9 @@ def send_signals(
             )
 
 
-def send_raw(rec: rr.RecordingStream, name: str, state: str, table: pd.DataFrame, trials: list[Trial], clock: Clock) -> None:  # fmt: skip
+def send_raw(
+    rec: rr.RecordingStream, name: str, state: str, table: pd.DataFrame, trials: list[Trial], clock: Clock
+) -> None:
     """Raw samples, those set aside and those kept; of a derived channel what the table has."""
     t, value, good = raw_of(state, table, trials)
     if not len(t):
@@ -54,7 +56,9 @@ def send_raw(rec: rr.RecordingStream, name: str, state: str, table: pd.DataFrame
             send_series(rec, entities.signal(name, state, part), clock, t[rows], value[rows], look)
 
 
-def raw_of(state: str, table: pd.DataFrame, trials: list[Trial]) -> tuple[FloatArray, FloatArray, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:  # fmt: skip
+def raw_of(
+    state: str, table: pd.DataFrame, trials: list[Trial]
+) -> tuple[FloatArray, FloatArray, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
     """Times, values and whether each was kept."""
     quantity, component = DIRECT.get(state, ("", None))
     found = [tr.measurements[quantity] for tr in trials if quantity in tr.measurements]
@@ -72,8 +76,14 @@ def raw_of(state: str, table: pd.DataFrame, trials: list[Trial]) -> tuple[FloatA
     return table["t"].to_numpy(np.float64)[ok], measured[ok], np.ones(int(ok.sum()), bool)
 
 
-def send_predictions(rec: rr.RecordingStream, name: str, table: pd.DataFrame, trials: list[Trial], clock: Clock,
-                     parts: tuple[str, ...]) -> None:  # fmt: skip
+def send_predictions(
+    rec: rr.RecordingStream,
+    name: str,
+    table: pd.DataFrame,
+    trials: list[Trial],
+    clock: Clock,
+    parts: tuple[str, ...],
+) -> None:
     """u, v, r and heading: measured, smoothed, before, after; residuals with their noise band."""
     t = table["t"].to_numpy(np.float64)
     for channel in PREDICTED:
@@ -104,7 +114,9 @@ def send_predicted(rec: rr.RecordingStream, name: str, channel: str, clock: Cloc
         send_series(rec, entities.residual(name, channel, part), clock, t, smoothed - predicted, rest)
 
 
-def send_noise(rec: rr.RecordingStream, name: str, channel: str, clock: Clock, t: FloatArray, noise: FloatArray) -> None:  # fmt: skip
+def send_noise(
+    rec: rr.RecordingStream, name: str, channel: str, clock: Clock, t: FloatArray, noise: FloatArray
+) -> None:
     """Two standard deviations of the smoothed measurement, either side of zero."""
     if not np.isfinite(noise).any():
         return

@@ -28,8 +28,15 @@ def on_plan(north: FloatArray, east: FloatArray) -> FloatArray:
     return np.column_stack([east, -north])
 
 
-def send_tracks(rec: rr.RecordingStream, name: str, table: pd.DataFrame, trials: list[Trial], fit: Fit, clock: Clock,
-                parts: tuple[str, ...]) -> None:  # fmt: skip
+def send_tracks(
+    rec: rr.RecordingStream,
+    name: str,
+    table: pd.DataFrame,
+    trials: list[Trial],
+    fit: Fit,
+    clock: Clock,
+    parts: tuple[str, ...],
+) -> None:
     """Everything of one log that lies in the plane."""
     send_fixes(rec, name, trials)
     t = table["t"].to_numpy(np.float64)
@@ -106,7 +113,7 @@ def send_hull(rec: rr.RecordingStream, name: str, part: str, clock: Clock, t: Fl
 
 
 def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit) -> None:
-    """Arrows of current and wind at the track's corner, long enough to be seen; their label has the number."""
+    """Arrows of current and wind at the track's corner, long enough to be seen; the label has the number."""
     place = table[["x", "y"]].to_numpy(np.float64)
     place = place[np.isfinite(place).all(axis=1)]
     if not len(place):
@@ -116,6 +123,11 @@ def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit
     for k, (kind, speed, to) in enumerate(arrows(fit)):
         start = on_plan(np.array([high[0] + span * (0.03 + 0.09 * k)]), np.array([low[1]]))
         vector = 0.12 * span * on_plan(np.array([np.cos(to)]), np.array([np.sin(to)]))
-        look = rr.Arrows2D(vectors=vector, origins=start, colors=COLOURS[kind], labels=f"{kind} {speed:.2f} m/s",
-                           radii=rr.Radius.ui_points(3.0))  # fmt: skip
+        look = rr.Arrows2D(
+            vectors=vector,
+            origins=start,
+            colors=COLOURS[kind],
+            labels=f"{kind} {speed:.2f} m/s",
+            radii=rr.Radius.ui_points(3.0),
+        )
         rec.log(entities.plan(name, kind), look, static=True)

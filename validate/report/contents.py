@@ -70,7 +70,7 @@ def report_of(results: Results) -> schema.Report:
 
 
 def logs_with_trials(results: Results) -> list[tuple[str, Log | None, list[Trial]]]:
-    """Each log's name in the campaign, the log as it was read, and the trials made of it, in campaign order."""
+    """Each log's name in the campaign, the log as read, and the trials made of it, in campaign order."""
     named: dict[str, list[Trial]] = {}
     for trial in results.trials:
         named.setdefault(trial.name, []).append(trial)

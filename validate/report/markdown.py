@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from validate.diagnosis import Results, Round
 from validate.report import words
 from validate.report.parameters import all_parameters, labels
+from validate.report.scores import has_two, score_rows
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -17,8 +18,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def report_markdown(results: Results) -> str:
     """Verdict, errors, equations, parameters, advice."""
-    from validate.report.page import has_two, score_rows
-
     fit, two = results.after, has_two(results)
     rows = score_rows(results.validation_before, results.validation_after)
     head = ["RMS error of", "declared model", "with effects"] if two else ["RMS error of", "model"]

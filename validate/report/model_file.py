@@ -23,7 +23,7 @@ FROM_FIT = ("estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest
 class ModelFileError(UsageError):
     """A file that should hold an identified model does not."""
 
-    def __init__(self, path: Path, where: str, problem: str):
+    def __init__(self, path: Path, where: str, problem: str) -> None:
         self.path, self.where, self.problem = path, where, problem
         super().__init__(f"{path}: {where}: {problem}. Give the model.json of a results folder.")
 

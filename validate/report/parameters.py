@@ -27,9 +27,12 @@ def labels(fit: Fit) -> list[str]:
 
 
 def interval_figure(fit: Fit) -> Figure | None:
-    """95 % interval of every parameter relative to its estimate; one that spans zero is drawn as not known."""
-    rows = [(n, 1.96 * abs(p.stderr / p.value), p) for n, p in zip(labels(fit), all_parameters(fit), strict=True)
-            if np.isfinite([p.value, p.stderr]).all() and p.value]  # fmt: skip
+    """95 % intervals of all parameters relative to their estimates; those that span zero stand out."""
+    rows = [
+        (n, 1.96 * abs(p.stderr / p.value), p)
+        for n, p in zip(labels(fit), all_parameters(fit), strict=True)
+        if np.isfinite([p.value, p.stderr]).all() and p.value
+    ]
     if not rows:
         return None
     height = ROW * len(rows) + 30
@@ -99,7 +102,8 @@ def correlation_figure(fit: Fit) -> Figure | None:
         body += text(edge - 4, middle + 3.5, name, "end", "small") + text(
             middle + 3.5, edge - 4, name, "start", "small", -90
         )
-    label = f"correlations of the {p} parameters; strongest: {'; '.join(strong_pairs(fit)[:3]) or 'none above 0.95'}"
+    strongest = "; ".join(strong_pairs(fit)[:3]) or f"none above {STRONG}"
+    label = f"correlations of the {p} parameters; strongest: {strongest}"
     return Figure("Correlations: blue positive, orange negative", picture(wide, wide, label, body))
 
 
@@ -109,7 +113,8 @@ def _cells(rho: FloatArray, edge: float, cell: float) -> list[str]:
     rows, columns = np.nonzero(strength > 0)
     side = f'width="{cell - 1:.1f}" height="{cell - 1:.1f}"'
     return [
-        f'<rect class="{"pos" if rho[i, j] > 0 else "neg"}" x="{edge + cell * j:.1f}" y="{edge + cell * i:.1f}" {side} '
-        f'fill-opacity="{strength[i, j]:.1f}"><title>{number(float(rho[i, j]), 2)}</title></rect>'
+        f'<rect class="{"pos" if rho[i, j] > 0 else "neg"}" x="{edge + cell * j:.1f}" '
+        f'y="{edge + cell * i:.1f}" {side} fill-opacity="{strength[i, j]:.1f}">'
+        f"<title>{number(float(rho[i, j]), 2)}</title></rect>"
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 import pandas as pd
@@ -157,6 +156,7 @@ def _flows(chart: Chart, fit: Fit) -> str:
     for k, (name, speed, to) in enumerate(arrows(fit)):
         x, y, arm = 28.0, 34.0 + 52 * k, 18.0
         turn = np.rad2deg(to)
-        out += f'<path class="flow" transform="translate({x} {y}) rotate({turn:.1f})" d="M0 {arm}V{-arm}m-5 9l5 -10l5 10"/>'
-        out += text(x + 26, y + 4, escape(f"{name} {speed:.2f} m/s"))
+        place = f"translate({x} {y}) rotate({turn:.1f})"
+        out += f'<path class="flow" transform="{place}" d="M0 {arm}V{-arm}m-5 9l5 -10l5 10"/>'
+        out += text(x + 26, y + 4, f"{name} {speed:.2f} m/s")
     return out

@@ -124,7 +124,7 @@ class EffectParameterEntry(Entry):
 
 
 class EffectEntry(BaseModel):
-    """An effect that was taken; what is not a number (form, swapped, reversed, stream, logs) stands beside it."""
+    """An effect that was taken; what is not a number (form, swapped, stream, …) stands beside it."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 

@@ -89,7 +89,9 @@ def path(px: FloatArray, py: FloatArray) -> str:
     return "".join(_stroke(x[a:b], y[a:b]) for a, b in zip(starts, ends, strict=True))
 
 
-def _stroke(x: np.ndarray[tuple[int, ...], np.dtype[np.int64]], y: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> str:  # fmt: skip
+def _stroke(
+    x: np.ndarray[tuple[int, ...], np.dtype[np.int64]], y: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+) -> str:
     moves = np.column_stack([np.diff(x), np.diff(y)])
     moves = moves[moves.any(axis=1)]
     return f"M{x[0]} {y[0]}" + ("l" + " ".join(map(str, moves.ravel().tolist())) if len(moves) else "h0")
@@ -164,7 +166,8 @@ def _axes(name: str, axes: Axes, top: float, span: tuple[float, float], last: bo
         words += [text(float(to_x(np.array(t))), bottom + 14, tick_text(t, x_step), "middle") for t in across]
     words.append(text(11, (top + bottom) / 2, axes.label, "middle", "tick", -90))
     drawn = "".join(_drawn(s, to_x, to_y) for s in axes.series)
-    clip = f'<clipPath id="{name}"><rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{axes.height}"/></clipPath>'
+    window = f'<rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{axes.height}"/>'
+    clip = f'<clipPath id="{name}">{window}</clipPath>'
     inner = f'<g clip-path="url(#{name})"><g transform="scale(.1)">{drawn}</g></g>'
     return clip + "".join(grid) + inner + "".join(words)
 

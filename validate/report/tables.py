@@ -52,7 +52,7 @@ def meaning_of(column: str) -> str:
 def write_table(
     table: pd.DataFrame, path: Path, inputs: Iterable[Input], metadata: Mapping[str, object]
 ) -> None:
-    """Write a table; NaN becomes null, units go into the fields' metadata, the rest into the file's as JSON."""
+    """Write a table; NaN becomes null, units go into the fields' metadata, facts into the file's as JSON."""
     units = {i.name: input_unit(i) for i in inputs}
     arrow = pa.Table.from_pandas(table.reset_index(drop=True), preserve_index=False)
     fields = [
@@ -88,7 +88,7 @@ def write_predictions(predictions: Mapping[str, pd.DataFrame], inputs: Iterable[
 
 
 def sampled(m: Measurement, t: FloatArray) -> FloatArray:
-    """A measurement at other times, (n,) or (n, 2): steps that hold for a command, else linear; NaN outside."""
+    """A measurement at other times, (n,) or (n, 2): held for a command, else linear; NaN outside."""
     if len(m.t) == 0:
         return np.full((len(t), *m.value.shape[1:]), np.nan)
     if m.held:
@@ -101,7 +101,7 @@ def sampled(m: Measurement, t: FloatArray) -> FloatArray:
 
 
 def trial_table(trial: Trial) -> pd.DataFrame:
-    """One row per time: role, states, their uncertainties, inputs, and wind and depth where they were logged."""
+    """One row per time: role, states with uncertainties, inputs; wind and depth where they were logged."""
     t = trial.states["t"].to_numpy(np.float64)
     more: dict[str, FloatArray] = {name: sampled(m, t) for name, m in trial.inputs.items()}
     if "wind" in trial.measurements:

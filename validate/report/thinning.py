@@ -12,8 +12,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 def extremes(value: FloatArray, most: int) -> IntArray:
     """Rows to draw so that the picture of a long series stays the same.
 
-    The series is cut into buckets of equal count; of each the smallest and the largest value are kept, and the
-    series' first and last row. A bucket without any finite value keeps its first row, so that gaps stay gaps.
+    The series is cut into buckets of equal count; of each the smallest and the largest value are kept, and
+    the series' first and last row. A bucket without any finite value keeps its first row: gaps stay gaps.
 
     Parameters
     ----------

@@ -192,8 +192,8 @@ def headline(results: Results) -> str:
     if found.verdict is Verdict.AMBIGUOUS:
         others = joined(look_alikes(found.effects), "or") or "another cause"
         return (
-            f"The model {model} lacks something: best explained by {effects}, but on these data that cannot be told "
-            f"from {others}; with it, {error_words(results)}."
+            f"The model {model} lacks something: best explained by {effects}, but on these data that "
+            f"cannot be told from {others}; with it, {error_words(results)}."
         )
     beside = f" beside {effects}" if effects else ""
     return f"The model {model} misses something material{beside} that no known effect accounts for."

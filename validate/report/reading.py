@@ -1,0 +1,74 @@
+"""What was read and what was wrong with it, as rows of the report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ingest.log import Log
+from preprocess.trial import Trial
+from validate.report import words
+from validate.report.schema import LogEntry, SignalEntry
+
+
+def signal_rows(entries: list[LogEntry]) -> list[dict[str, Any]]:
+    """Signals by name and source: number of logs, rates, gaps and samples set aside."""
+    grouped: dict[tuple[str, str], list[tuple[str, SignalEntry]]] = {}
+    for entry in entries:
+        for s in entry.signals:
+            grouped.setdefault((s.name, s.source), []).append((entry.path, s))
+    return [
+        {
+            "name": name,
+            "source": source,
+            "logs": len(found),
+            "rate": rate_words([s.rate_hz for _, s in found]),
+            "gaps": sum(s.gaps for _, s in found),
+            "outliers": sum(s.outliers for _, s in found),
+            "worst": worst_log(found),
+        }
+        for (name, source), found in grouped.items()
+    ]
+
+
+def rate_words(rates: list[float | None]) -> str:
+    """One rate, or the range."""
+    known = list(dict.fromkeys(words.number(r) for r in sorted(r for r in rates if r is not None)))
+    return "–" if not known else known[0] if len(known) == 1 else f"{known[0]} to {known[-1]}"
+
+
+def worst_log(found: list[tuple[str, SignalEntry]]) -> str:
+    """The log with most trouble in one signal, where there are several and one has any."""
+    path, s = max(found, key=lambda f: f[1].gaps + f[1].outliers)
+    return path if len(found) > 1 and s.gaps + s.outliers else ""
+
+
+def noticed(logs: list[tuple[str, Log | None, list[Trial]]]) -> list[tuple[str, list[str]]]:
+    """What was noticed, by log; what holds for every log is said once."""
+    by_log = {
+        name: list(dict.fromkeys([*log_findings(log), *(f for t in trials for f in t.findings)]))
+        for name, log, trials in logs
+    }
+    every = [
+        f for f in next(iter(by_log.values()), []) if len(by_log) > 1 and all(f in v for v in by_log.values())
+    ]
+    out = [("All logs", every)] + [
+        (name, [f for f in found if f not in every]) for name, found in by_log.items()
+    ]
+    return [(name, found) for name, found in out if found]
+
+
+def manoeuvres(trials: list[Trial]) -> str:
+    """The manoeuvres of a log's trials."""
+    return ", ".join(dict.fromkeys(t.manoeuvre for t in trials if t.manoeuvre))
+
+
+def log_findings(log: Log | None) -> list[str]:
+    """What the reader noticed, one line per kind of trouble, worst first."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for f in log.findings if log else ():
+        lines.setdefault((f.message, f.topic or ""), []).append(f.count)
+    out = []
+    for (message, topic), counts in sorted(lines.items(), key=lambda kv: -sum(kv[1])):
+        of = f" ({topic})" if topic else ""
+        out.append(f"{message}{of}" + (f", {sum(counts)} times" if sum(counts) > 1 else ""))
+    return out
