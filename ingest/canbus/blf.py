@@ -129,7 +129,7 @@ def unpacked(data: memoryview, start: int) -> Piece:
     size = size if size >= OBJECT_HEADER.size else OBJECT_HEADER.size
     end = min(start + size, len(data))
     cut = start + size > len(data)
-    if end < len(data) and SIGNATURE.search(data, end, min(end + 8, len(data))) is None:
+    if end + 7 < len(data) and SIGNATURE.search(data, end, end + 8) is None:
         following = SIGNATURE.search(data, start + 4)
         cut, end = True, following.start() if following else len(data)
     if kind != CONTAINER:

@@ -32,8 +32,8 @@ def sniff(head: bytes) -> float:
     """How sure the first bytes are of candump."""
     if len(LOG_LINE.findall(head[:8192])) >= 2 or LOG_LINE.match(head):
         return 0.95
-    lines = [m for m in CONSOLE.record.finditer(head[:8192])]
-    return 0.9 if len(lines) >= 2 else 0.4 * len(lines)
+    count = len(CONSOLE.record.findall(head[:8192]))
+    return 0.9 if count >= 2 else 0.4 * count
 
 
 def read(data: memoryview) -> Capture:
@@ -48,9 +48,9 @@ def read_log_style(data: memoryview) -> Capture:
     from ingest.canbus.candump_scan import scan
 
     text = np.frombuffer(data, np.uint8)
-    *columns, doubtful, spans, names, damaged, other = scan(text)
+    time_ns, can_id, extended, channel, dlc, block, doubtful, spans, names, damaged, other = scan(text)
     channels = tuple(bytes(text[a:b]).decode("ascii") for a, b in names)
-    frames = Frames(*columns, channels)
+    frames = Frames(time_ns, can_id, extended, channel, dlc, block, channels)
     cut = implausible_lengths(frames, doubtful)
     holes = merged([(int(a), int(b - a)) for a, b in [*damaged.tolist(), *spans[cut].tolist()]])
     findings = (*damage_findings(holes, len(text), "no candump record"), *other_frames(int(other)))
@@ -98,7 +98,7 @@ def console_times(texts: list[bytes]) -> NDArray[np.int64]:
 def deltas_summed(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     """Times since the start, from stamps that may each count from the record before (``-td``)."""
     steps = np.diff(time_ns)
-    deltas = len(steps) > 3 and float((steps < 0).mean()) > 0.2 and float(np.median(time_ns)) < 60e9
+    deltas = len(steps) > 3 and float((steps < 0).mean()) > 0.02 and float(np.median(time_ns)) < 60e9
     return np.cumsum(time_ns) if deltas else time_ns
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -13,9 +14,15 @@ NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
 NEWLINE, RETURN, SPACE, TAB, HASH, OPEN, CLOSE, POINT = 10, 13, 32, 9, 35, 40, 41, 46
 MOST_CHANNELS = 64
 LONGEST_NAME = 16
+F = TypeVar("F", bound=Callable[..., Any])
 
 
-@njit(cache=True)
+def compiled(function: F) -> F:
+    """Compile with numba; keep the signature for type checkers."""
+    return cast(F, njit(cache=True, nogil=True)(function))
+
+
+@compiled
 def hex_digit(c: int) -> int:
     """Value of a hexadecimal digit; −1 for anything else."""
     if 48 <= c <= 57:
@@ -27,7 +34,7 @@ def hex_digit(c: int) -> int:
     return -1
 
 
-@njit(cache=True)
+@compiled
 def read_stamp(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
     """Nanoseconds of ``(seconds.fraction)`` at ``i``, and where it ends (−1: not a stamp)."""
     n = len(text)
@@ -51,7 +58,7 @@ def read_stamp(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
     return seconds * 1_000_000_000 + nano, i + 1
 
 
-@njit(cache=True)
+@compiled
 def skip_blanks(text: NDArray[np.uint8], i: int) -> int:
     """First place from ``i`` on that is neither space nor tab."""
     while i < len(text) and (text[i] == SPACE or text[i] == TAB):
@@ -59,7 +66,7 @@ def skip_blanks(text: NDArray[np.uint8], i: int) -> int:
     return i
 
 
-@njit(cache=True)
+@compiled
 def read_name(text: NDArray[np.uint8], i: int) -> int:
     """Where the name of an interface that starts at ``i`` ends (−1: no name)."""
     start = i
@@ -73,7 +80,7 @@ def read_name(text: NDArray[np.uint8], i: int) -> int:
     return i if start < i <= start + LONGEST_NAME and i < len(text) else -1
 
 
-@njit(cache=True)
+@compiled
 def read_id(text: NDArray[np.uint8], i: int) -> tuple[int, int, int]:
     """Identifier at ``i``, number of its digits, place after the ``#`` (−1: no identifier)."""
     value, digits = 0, 0
@@ -89,7 +96,7 @@ def read_id(text: NDArray[np.uint8], i: int) -> tuple[int, int, int]:
     return value, digits, i + 1
 
 
-@njit(cache=True)
+@compiled
 def read_data(text: NDArray[np.uint8], i: int, out: NDArray[np.uint8]) -> tuple[int, int]:
     """Data bytes at ``i`` into ``out``: how many (−1: not whole bytes, or too many), and where they end."""
     count = 0
@@ -107,7 +114,7 @@ def read_data(text: NDArray[np.uint8], i: int, out: NDArray[np.uint8]) -> tuple[
     return count, i
 
 
-@njit(cache=True)
+@compiled
 def line_end(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
     """What follows a record: (kind, where the record ends)."""
     n = len(text)
@@ -125,7 +132,7 @@ def line_end(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
     return NOTHING, i
 
 
-@njit(cache=True)
+@compiled
 def skip_other(text: NDArray[np.uint8], i: int) -> int:
     """End of the line of a remote or CAN FD frame whose text starts at ``i`` (−1: it is neither)."""
     c = text[i] if i < len(text) else 0
@@ -138,7 +145,7 @@ def skip_other(text: NDArray[np.uint8], i: int) -> int:
     return end if kind != NOTHING else -1
 
 
-@njit(cache=True)
+@compiled
 def channel_index(
     text: NDArray[np.uint8], start: int, end: int, names: NDArray[np.int64], count: int
 ) -> tuple[int, int]:
@@ -160,7 +167,7 @@ def channel_index(
     return count, count + 1
 
 
-@njit(cache=True)
+@compiled
 def count_bytes(text: NDArray[np.uint8], value: int) -> int:
     """How often a byte occurs."""
     count = 0
@@ -170,7 +177,7 @@ def count_bytes(text: NDArray[np.uint8], value: int) -> int:
     return count
 
 
-@njit(cache=True)
+@compiled
 def idle_line(text: NDArray[np.uint8], i: int, at_start: bool) -> int:
     """End of the blank stretch or comment line at ``i``; ``i`` itself if there is none."""
     n = len(text)
@@ -186,7 +193,7 @@ def idle_line(text: NDArray[np.uint8], i: int, at_start: bool) -> int:
     return min(i + 1, n)
 
 
-@njit(cache=True)
+@compiled
 def read_record(
     text: NDArray[np.uint8], i: int, data: NDArray[np.uint8]
 ) -> tuple[int, int, int, int, int, int, int, int]:
@@ -213,7 +220,7 @@ def read_record(
     return kind, end, stamp, identifier, digits, size, name_start, name_end
 
 
-@njit(cache=True)
+@compiled
 def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     """Every record of the log style in ``text``.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
@@ -46,15 +46,16 @@ def decode_dbc(frames: Frames, path: Path) -> tuple[Tables, Frames]:
 
 def load(path: Path) -> Database:
     """The database in a DBC file."""
-    import cantools
+    from cantools.database import load_file
+    from cantools.database.errors import Error
 
     try:
-        return cantools.database.load_file(str(path), strict=False)
+        return cast("Database", load_file(str(path), strict=False))
     except OSError as error:
         raise UsageError(
             f"[can] dbc: expected a DBC file, found none at {path}: {error.strerror}."
         ) from error
-    except (cantools.database.Error, ValueError) as error:
+    except (Error, ValueError) as error:
         raise UsageError(f"[can] dbc: {path} is no DBC file that cantools can read: {error}.") from error
 
 
@@ -81,8 +82,7 @@ def table_of(message: Message, frames: Frames) -> pd.DataFrame:
 def signal_column(signal: Signal, message: Message, frames: Frames) -> NDArray[np.float64]:
     """Physical values of one signal; (n,)."""
     raw, missing = raw_signal(signal, frames)
-    number = raw_number(signal, raw)
-    values = np.asarray(number * float(signal.scale) + float(signal.offset), np.float64)
+    values = raw_number(signal, raw).astype(np.float64) * float(signal.scale) + float(signal.offset)
     if signal.multiplexer_ids and signal.multiplexer_signal:
         selector = message.get_signal_by_name(signal.multiplexer_signal)
         page, absent = raw_signal(selector, frames)
@@ -104,7 +104,7 @@ def raw_signal(signal: Signal, frames: Frames) -> tuple[NDArray[np.uint64], NDAr
     ) * 8 < first + length
 
 
-def raw_number(signal: Signal, raw: NDArray[np.uint64]) -> NDArray[np.generic]:
+def raw_number(signal: Signal, raw: NDArray[np.uint64]) -> NDArray[Any]:
     """Raw bits as the number that they stand for."""
     if signal.is_float:
         narrow = {16: np.uint16, 32: np.uint32, 64: np.uint64}[signal.length]

@@ -18,6 +18,8 @@ from ingest.log import SOURCE
 
 NUMERIC = frozenset({"NUMBER", "MMSI", "PGN", "DURATION", "FIELD_INDEX", "TIME", "DATE", "ADDRESS"})
 CODES = frozenset({"LOOKUP", "INDIRECT_LOOKUP", "BITLOOKUP", "DYNAMIC_FIELD_KEY", "DYNAMIC_FIELD_LENGTH"})
+#: Where the codes of makers end.
+HEAD_BITS = 32
 #: A number of more bits is none; a text may be as long as it likes.
 MOST_BITS = {"STRING_FIX": 1 << 16, "FLOAT": 32}
 #: Field types that become no column: padding, and bytes that mean something only to their maker.
@@ -108,16 +110,18 @@ def variants(pgn: int) -> tuple[str, ...]:
 def telling_places(pgn: int) -> tuple[tuple[int, int], ...]:
     """Offset and length of the fields that may tell the variants of a PGN apart.
 
-    These are the fields that an empty message of some variant does not leave not available.
+    These are the fields that an empty message of some variant does not leave not available; where the database
+    cannot encode one, the fields at the head of the payload, where makers put their codes.
     """
-    places: dict[tuple[int, int], None] = {}
+    places: set[tuple[int, int]] = set()
     for info in backend.DATABASE.pgn_variants(pgn):
         empty = empty_message(info)
-        for f in info.fields if empty else ():
-            if f.field_type in ("NUMBER", "LOOKUP", "PGN") and f.bit_offset is not None and f.bit_length:
-                code = bits_at(empty or b"", f.bit_offset, f.bit_length)
-                if code is not None and code not in blank_codes(f.bit_length):
-                    places[f.bit_offset, f.bit_length] = None
+        for f in info.fields:
+            if f.field_type not in ("NUMBER", "LOOKUP", "PGN") or f.bit_offset is None or not f.bit_length:
+                continue
+            code = None if empty is None else bits_at(empty, f.bit_offset, f.bit_length)
+            if f.bit_offset < HEAD_BITS if empty is None else code not in (None, *blank_codes(f.bit_length)):
+                places.add((f.bit_offset, f.bit_length))
     return tuple(sorted(places))
 
 
@@ -150,7 +154,11 @@ def layout(pgn: int, name: str, sample: bytes = b"") -> Layout:
     placed = [f for f in info.fields if f.bit_offset is not None and f.bit_length]
     start, count, counter = repeated_fields(info)
     inside = {f.id for f in info.fields[start : start + count]}
-    described = [f for f in placed if KINDS.get(f.field_type or "NUMBER") and f.bit_length <= MOST_BITS.get(f.field_type, 64)]
+    described = [
+        f
+        for f in placed
+        if KINDS.get(f.field_type or "NUMBER") and f.bit_length <= MOST_BITS.get(f.field_type, 64)
+    ]
     fields = {f.id: field_of(pgn, info, f, ground, empty is not None) for f in described}
     skipped = [f.id for f in info.fields if f.id not in fields and f.field_type not in ("RESERVED", "SPARE")]
     return Layout(
@@ -211,7 +219,9 @@ def field_of(
     signed = kind == "number" and is_signed(empty, probe, f.bit_length)
     low, high = limits(probe, f.bit_length, signed, kind)
     coded = replace(plain, signed=signed, low=low, high=high)
-    return replace(coded, scale=float(scale or 1.0), offset=float(offset or 0.0)) if kind == "number" else coded
+    return (
+        replace(coded, scale=float(scale or 1.0), offset=float(offset or 0.0)) if kind == "number" else coded
+    )
 
 
 def prober(

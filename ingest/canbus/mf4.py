@@ -49,7 +49,7 @@ def read(data: memoryview) -> Capture:
     except Exception as error:
         if not messages:
             raise ValueError(f"no CAN frames that asammdf can read: {error}") from error
-        findings = (Finding("damaged", f"asammdf gave up after {len(messages)} frames: {error}"),)
+        findings = (Finding("damaged", f"asammdf gave up after {len(messages)} frames: {error}", 0),)
     frames = frames_of(messages)
     return Capture(frames, {}, findings, 0, clock_of(frames.time_ns))
 

@@ -50,7 +50,7 @@ def decode(capture: Capture, wanted: Wanted) -> Tables:
     for pgn, packets, lost in packets_by_pgn(capture):
         if lost:
             message = f"{lost} fast packets of PGN {pgn} with a frame missing"
-            findings.append(Finding("damaged", message, topic=next(iter(variants(pgn)), None), count=lost))
+            findings.append(Finding("gap", message, topic=next(iter(variants(pgn)), None), count=lost))
         decoded = 0
         for name, rows in by_variant(pgn, packets):
             decoded += len(rows)
@@ -191,12 +191,14 @@ def column(
     if f.kind == "text":
         return text_column(payload[bit // 8 : (bit + f.bits) // 8])
     raw = raw_bits(payload.T, bit, f.bits)
+    values: NDArray[np.float64]
     missing = length * 8 < bit + f.bits
     if f.kind == "float":
-        values = raw.astype(np.uint32).view(np.float32).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # NaNs may be signalling ones
+            values = raw.astype(np.uint32).view(np.float32).astype(np.float64)
     else:
         number = signed_integers(raw, f.bits) if f.signed else raw
-        values = number * f.scale + f.offset
+        values = np.asarray(number * f.scale + f.offset, np.float64)
         missing |= (number < f.low) | (number > f.high)
     values[missing] = np.nan
     return values
@@ -229,8 +231,17 @@ def text_column(payload: NDArray[np.uint8]) -> NDArray[np.generic]:
         return np.full(count, "", dtype=object)
     block = np.ascontiguousarray(payload.T).view(f"S{width}").ravel()
     distinct, inverse = np.unique(block, return_inverse=True)
-    texts = [bytes(t).split(b"\xff")[0].split(b"\0")[0].decode("latin-1").rstrip(" @") for t in distinct]
+    texts = [plain_text(bytes(t)) for t in distinct]
     return np.array(texts, dtype=object)[inverse]
+
+
+def plain_text(field: bytes) -> str:
+    """The text in a field: up to a NUL, without padding; UTF-8 or else Latin-1."""
+    text = field.partition(b"\0")[0].rstrip(b"\xff @")
+    try:
+        return text.decode()
+    except UnicodeDecodeError:
+        return text.decode("latin-1")
 
 
 def units_of(definition: Layout, table: pd.DataFrame) -> Iterator[tuple[str, str]]:

@@ -17,6 +17,8 @@ JUMP_NS = 1_000_000_000
 MOST_WRONG = 3
 #: A wrong stamp at an end of the log shows only by its distance.
 FAR_NS = 60 * 1_000_000_000
+#: No log spans more than this before and after its middle.
+SPAN_NS = 200 * 86_400 * 1_000_000_000
 DAY_NS = 86_400 * 1_000_000_000
 
 
@@ -46,12 +48,19 @@ def repaired_times(
     continued, findings = continue_clock(time_ns[kept] if count else time_ns)
     if count:
         message = f"{count} records with a time stamp that their neighbours contradict were left out"
-        findings = [Finding("damaged", message, count=count), *findings]
+        findings = [Finding("clock", message, count=count), *findings]
     return continued, kept, tuple(findings)
 
 
 def wrong_stamps(time_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Records whose stamp jumps away from those before and is back soon; (n,) bool."""
+    if not len(time_ns):
+        return np.zeros(0, np.bool_)
+    absurd = np.abs(time_ns.astype(np.float64) - np.median(time_ns)) > SPAN_NS
+    if absurd.any():
+        wrong = absurd.copy()
+        wrong[~absurd] = wrong_stamps(time_ns[~absurd])
+        return wrong
     wrong = np.zeros(len(time_ns), np.bool_)
     steps = np.diff(time_ns)
     jumps = (np.flatnonzero(np.abs(steps) > JUMP_NS) + 1).tolist()

@@ -25,7 +25,7 @@ FIRST = LineStyle(
 SECOND = LineStyle(
     re.compile(
         rb"\d+[ \t]+(?P<time>\d+\.\d+)[ \t]+DT[ \t]+(?:(?P<channel>\d{1,2})[ \t]+)?"
-        rb"(?P<id>[0-9A-Fa-f]{8}|[0-9A-Fa-f]{4})[ \t]+(?:Rx|Tx)[ \t]+(?:-[ \t]+)?" + DATA
+        rb"(?P<id>(?P<wide>[0-9A-Fa-f]{5,8})|[0-9A-Fa-f]{1,4})[ \t]+(?:Rx|Tx)[ \t]+(?:-[ \t]+)?" + DATA
     ),
     IDLE,
 )
