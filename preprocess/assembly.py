@@ -59,7 +59,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     measurements = {k: measurement(j, sigma.get(k, float("nan"))) for k, j in judged.items()}
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
-    offsets = clock_offsets(heading, table, segments, inputs)
+    turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
+    offsets = clock_offsets(heading, table, segments, {} if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
     findings = tuple(said(judged, segments, offsets, found))
     history = (

@@ -27,6 +27,11 @@ LONGEST = 1.5
 #: Reported beyond this many standard errors, and this many seconds.
 STANDARD_ERRORS = 4.0
 LEAST = 0.02
+#: A stretch must turn this much in all, rad, to tell an offset of position or inputs; a worse estimate is not given.
+LEAST_TURN = 1.5
+WORST = 0.4
+#: What the simple models of the response leave out, as a share of the response time: added to the uncertainty.
+MODEL_SHARE = 0.015
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,7 @@ def _grids(states: pd.DataFrame, segments: Segments, half: float) -> list[_Grid]
     out = []
     for low, high in segments:
         part = states[(states["t"] >= low) & (states["t"] <= high)].dropna()
-        if high - low > 6.0 * half and len(part) > 20:
+        if high - low > 6.0 * half and len(part) > 20 and np.abs(np.diff(part["psi"])).sum() > LEAST_TURN:
             t = np.arange(low, high, half / 15.0)
             keep = ("psi", "u", "v", "r")
             out.append(_Grid(t, {k: np.interp(t, part["t"], part[k]) for k in keep}, half))
@@ -139,8 +144,8 @@ def _profile(
         target, design = [], []
         for g, f in zip(grids, forms, strict=True):
             y, x = build(g, tau)
-            target.append(-(f.derivatives @ y))
-            design.append(np.asarray(f.values @ x))
+            target.append(-f.derivatives.dot(y))
+            design.append(np.asarray(f.values.dot(x)))
         a, b = np.vstack(design), np.concatenate(target)
         scale = np.maximum(np.abs(a).max(axis=0), 1e-12)
         solution = np.linalg.lstsq(a / scale, b, rcond=1e-9)[0]
@@ -148,8 +153,10 @@ def _profile(
 
     offset, curvature = search(left)
     # neighbouring windows overlap by three quarters: a quarter of them count
-    variance = 2.0 * left(offset) / max(windows / 4.0 - 8.0, 1.0) * 4.0 / max(curvature, 1e-300)
-    return ClockOffset("", "", offset, float(np.sqrt(variance)))
+    variance = 2.0 * left(offset) / max(windows / 4.0 - 8.0, 1.0) / max(curvature, 1e-300)
+    stderr = float(np.hypot(np.sqrt(variance), MODEL_SHARE * grids[0].half))
+    unsure = stderr > WORST or abs(offset) > 0.9 * LONGEST
+    return None if unsure else ClockOffset("", "", offset, stderr)
 
 
 def response_time(states: pd.DataFrame) -> float:
@@ -159,8 +166,11 @@ def response_time(states: pd.DataFrame) -> float:
     return float(np.clip(1.5 / max(speed, 1e-3), 1.0, 20.0))
 
 
-def position_offset(states: pd.DataFrame, segments: Segments) -> ClockOffset | None:
-    """Offset of the position's stamps against the heading's, beside a linear response of sway to yaw."""
+def position_offset(
+    states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement]
+) -> ClockOffset | None:
+    """Offset of the position's stamps against the heading's, beside a response of sway to yaw and the inputs."""
+    moving = _moving(inputs)
     grids = _grids(states, segments, response_time(states))
 
     def build(g: _Grid, tau: float) -> tuple[FloatArray, FloatArray]:
@@ -171,7 +181,9 @@ def position_offset(states: pd.DataFrame, segments: Segments) -> ClockOffset | N
         moved = [np.interp(g.t + tau, g.t, k) for k in (north, east)]
         u, v = moved[0] * c + moved[1] * s, -moved[0] * s + moved[1] * c
         r = g.columns["r"]
-        return v, np.column_stack([v, r, u * r, u * v, np.abs(v) * v, np.abs(r) * r, np.ones_like(r)])
+        logged = [_at(m, g.t) for m in moving]
+        terms = [v, r, u * r, u * v, np.abs(v) * v, np.abs(r) * r, np.ones_like(r)]
+        return v, np.column_stack([*terms, *_forces(logged, u)])
 
     found = _profile(grids, build) if grids else None
     return None if found is None else replace(found, stream="position", against="heading")
@@ -185,18 +197,34 @@ def inputs_offset(
     Motion that follows the inputs late (a delay or a lag of an actuator) makes it negative.
     """
     grids = _grids(states, segments, response_time(states))
-    moving = {k: m for k, m in inputs.items() if len(m.t) > 3 and np.ptp(m.value) > 0.0}
+    moving = _moving(inputs)
 
     def build(g: _Grid, tau: float) -> tuple[FloatArray, FloatArray]:
         u, v, r = (g.columns[k] for k in ("u", "v", "r"))
-        logged = [_at(m, g.t + tau) for m in moving.values()]
+        logged = [_at(m, g.t + tau) for m in moving]
         terms = [v, r, u * r, u * v, np.abs(r) * r, np.ones_like(r)]
         return r, np.column_stack(
             [*terms, *logged, *(np.abs(c) * c for c in logged), *(c * u * u for c in logged)]
         )
 
     found = _profile(grids, build) if grids and moving else None
-    return None if found is None else replace(found, stream="the inputs", against="the motion")
+    return None if found is None else _less_holding(found, moving)
+
+
+def _less_holding(found: ClockOffset, moving: list[Measurement]) -> ClockOffset:
+    """Take off that a step is logged half an interval late on average, where the inputs are steps."""
+    interval = max((m.sample_time for m in moving if m.held), default=0.0)
+    stderr = float(np.hypot(found.stderr, interval / np.sqrt(12.0)))
+    return ClockOffset("the inputs", "the motion", found.offset - 0.5 * interval, stderr)
+
+
+def _moving(inputs: Mapping[str, Measurement]) -> list[Measurement]:
+    return [m for m in inputs.values() if len(m.t) > 3 and np.ptp(m.value) > 0.0]
+
+
+def _forces(logged: list[FloatArray], u: FloatArray) -> list[FloatArray]:
+    """Terms of the inputs' forces: in proportion, by the square, and by the square of the speed."""
+    return [f for c in logged for f in (c, np.abs(c) * c, c * u * u)]
 
 
 def _at(m: Measurement, t: FloatArray) -> FloatArray:
@@ -212,7 +240,7 @@ def clock_offsets(
     """All offsets that the motion of one trial can tell; see the module."""
     found = (
         yaw_rate_offset(heading, segments),
-        position_offset(states, segments),
+        position_offset(states, segments, inputs),
         inputs_offset(states, segments, inputs),
     )
     return tuple(f for f in found if f is not None and np.isfinite(f.stderr))

@@ -25,10 +25,12 @@ def manoeuvres_of(
 
 
 def longest_kind(found: Sequence[Found]) -> str | None:
-    """The kind that takes most of the time; None where nothing was found."""
+    """The kind that takes most of the time under way; "idle" where all is; None where nothing was found."""
     total: dict[str, float] = {}
     for f in found:
         total[f.kind] = total.get(f.kind, 0.0) + f.end - f.start
+    under_way = {k: n for k, n in total.items() if k != "idle"}
+    total = under_way or total
     return max(total, key=lambda k: total[k], default=None)
 
 

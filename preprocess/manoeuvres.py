@@ -132,7 +132,7 @@ def classify(s: _Stretch) -> tuple[str, str]:
     if abs(net) > np.radians(270.0) and abs(net) > 0.9 * turn:
         return "circle", f"{np.degrees(net):+.0f}° of heading"
     swings = reversals(s.psi, np.radians(4.0))
-    if len(swings) >= 3 and _alternates(levels):
+    if len(swings) >= 2 and not _large_turns(swings) and _alternates(levels):
         return "zigzag", _zigzag_angles(s)
     both = _large_turns(swings)
     return ("circle", "to both sides") if both else ("random", "")
