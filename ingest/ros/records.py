@@ -1,0 +1,328 @@
+"""The records of an MCAP file, found in bulk; an unfinished or damaged file gives all that is whole.
+
+The layout is that of the MCAP specification: after eight magic bytes, records of an opcode (1 byte), a length (8)
+and a content; chunks hold compressed records. Reading goes from front to back and needs no index, so a file that
+was never finished is read up to the break; where a record cannot be right, the next chunk is searched for.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from ingest.log import Finding
+
+Bytes = NDArray[np.uint8]
+Integers = NDArray[np.int64]
+
+MAGIC = b"\x89MCAP0\r\n"
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+LAST_OPCODE = 0x0F
+PREFIX = 9
+#: A message: channel (2), sequence (4), log time (8), publish time (8).
+MESSAGE_HEAD = 22
+#: Messages are handed on when so many bytes of them have come together.
+BATCH = 1 << 26
+#: A chunk that claims to unpack to more than so many times its size, and more than this, is not believed.
+LARGEST_CHUNK, LARGEST_RATIO = 1 << 28, 2000
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One topic as a file declares it."""
+
+    topic: str
+    encoding: str
+    schema: str = ""
+    schema_encoding: str = ""
+    definition: bytes = b""
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Messages of any channels.
+
+    Attributes
+    ----------
+    data : (m,) uint8
+        Bytes that hold them.
+    channel, start, end, log_time : (n,) int64
+        Number of the channel, byte range of the payload, nanoseconds.
+    """
+
+    data: Bytes
+    channel: Integers
+    start: Integers
+    end: Integers
+    log_time: Integers
+
+
+@dataclass
+class Contents:
+    """What is known of a file while it is read."""
+
+    channels: dict[int, Channel] = field(default_factory=dict)
+    schemas: dict[int, tuple[str, str, bytes]] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    damaged: int = 0
+    finished: bool = False
+
+    def damage(self, kind: str, message: str, offset: int, length: int) -> None:
+        """Note a damaged stretch."""
+        self.findings.append(Finding(kind, message, offset=offset, length=length))
+        self.damaged += length
+
+
+def batches(data: memoryview, contents: Contents) -> Iterator[Batch]:
+    """Messages of a file in pieces of bounded size; ``contents`` is filled on the way.
+
+    Raises
+    ------
+    ValueError
+        Where the file does not begin as an MCAP file does.
+    """
+    if bytes(data[: len(MAGIC)]) != MAGIC:
+        raise ValueError("does not begin with the magic bytes of MCAP")
+    held: list[Batch] = []
+    size = 0
+    for piece in _pieces(data, contents):
+        held.append(piece)
+        size += len(piece.data)
+        if size >= BATCH:
+            yield _together(held)
+            held, size = [], 0
+    if held:
+        yield _together(held)
+    if not contents.finished:
+        contents.findings.append(Finding("truncated", "the file was not finished; read up to the break"))
+
+
+def _together(parts: list[Batch]) -> Batch:
+    if len(parts) == 1:
+        return parts[0]
+    shift = np.cumsum([0, *(len(p.data) for p in parts[:-1])])
+    return Batch(
+        np.concatenate([p.data for p in parts]),
+        np.concatenate([p.channel for p in parts]),
+        np.concatenate([p.start + s for p, s in zip(parts, shift, strict=True)]),
+        np.concatenate([p.end + s for p, s in zip(parts, shift, strict=True)]),
+        np.concatenate([p.log_time for p in parts]),
+    )
+
+
+def _pieces(data: memoryview, contents: Contents) -> Iterator[Batch]:
+    """Walk over the records of a file; runs of bare messages and chunks are handed on as they come."""
+    p = len(MAGIC)
+    while p + PREFIX <= len(data):
+        opcode, length = data[p], int.from_bytes(data[p + 1 : p + PREFIX], "little")
+        if bytes(data[p : p + len(MAGIC)]) == MAGIC:
+            contents.finished = True
+            return
+        body, end = p + PREFIX, p + PREFIX + length
+        if opcode == 0 or (opcode > LAST_OPCODE and opcode < 0x80) or (end > len(data) and not _cut(data, p)):
+            onward = _next_chunk(data, p + 1)
+            contents.damage("damaged", f"{onward - p} bytes that are no record", p, onward - p)
+            p = onward
+            continue
+        if opcode == MESSAGE:
+            stop = _bare_messages(np.frombuffer(data, np.uint8), p)
+            yield from _messages(data[p:stop], contents)
+            if stop == p:
+                contents.damage("truncated", "the last message is cut off", p, len(data) - p)
+                return
+            p = stop
+            continue
+        if opcode == CHUNK:
+            yield from _chunk(data, body, min(end, len(data)), p, contents)
+        elif end <= len(data):
+            _declare(opcode, bytes(data[body:end]), contents)
+            contents.finished |= opcode in (FOOTER, DATA_END)
+        p = end
+
+
+def _cut(data: memoryview, p: int) -> bool:
+    """Whether a record that goes beyond the end of the file can be one that was being written."""
+    length = int.from_bytes(data[p + 1 : p + PREFIX], "little")
+    if length > LARGEST_CHUNK * 4:
+        return False
+    return data[p] != CHUNK or _plausible_chunk(data, p)
+
+
+def _plausible_chunk(data: memoryview, p: int) -> bool:
+    """Whether a chunk's head makes sense: times in order, a known compression."""
+    if p + PREFIX + 40 > len(data) or data[p] != CHUNK:
+        return False
+    first, last, _size, _crc, name = struct.unpack_from("<QQQII", data, p + PREFIX)
+    if name > 8 or first > last:
+        return False
+    return bytes(data[p + PREFIX + 32 : p + PREFIX + 32 + name]) in (b"", b"lz4", b"zstd")
+
+
+def _next_chunk(data: memoryview, p: int) -> int:
+    """Offset of the next record that looks like a chunk; the end of the file where there is none."""
+    while p < len(data):
+        piece = np.frombuffer(data[p : p + (1 << 22)], np.uint8)
+        for at in np.flatnonzero(piece == CHUNK):
+            here = p + int(at)
+            length = int.from_bytes(data[here + 1 : here + PREFIX], "little")
+            if length < LARGEST_CHUNK * 4 and _plausible_chunk(data, here):
+                return here
+        p += len(piece)
+    return len(data)
+
+
+def _declare(opcode: int, body: bytes, contents: Contents) -> None:
+    """Take in a schema or channel record; one that is cut or garbled is passed over."""
+    try:
+        if opcode == SCHEMA:
+            (number,) = struct.unpack_from("<H", body)
+            name, p = _string(body, 2)
+            encoding, p = _string(body, p)
+            (size,) = struct.unpack_from("<I", body, p)
+            contents.schemas[number] = (name, encoding, body[p + 4 : p + 4 + size])
+        elif opcode == CHANNEL:
+            number, schema = struct.unpack_from("<HH", body)
+            topic, p = _string(body, 4)
+            encoding, p = _string(body, p)
+            known = contents.schemas.get(schema, ("", "", b""))
+            contents.channels[number] = Channel(topic, encoding, *known, _mapping(body, p))
+    except (struct.error, UnicodeDecodeError, IndexError):
+        contents.findings.append(Finding("damaged", "a schema or channel record is garbled"))
+
+
+def _string(body: bytes, p: int) -> tuple[str, int]:
+    (size,) = struct.unpack_from("<I", body, p)
+    return body[p + 4 : p + 4 + size].decode("utf-8"), p + 4 + size
+
+
+def _mapping(body: bytes, p: int) -> dict[str, str]:
+    (size,) = struct.unpack_from("<I", body, p)
+    p, stop, result = p + 4, p + 4 + size, {}
+    while p < min(stop, len(body)):
+        key, p = _string(body, p)
+        result[key], p = _string(body, p)
+    return result
+
+
+def _chunk(data: memoryview, body: int, end: int, offset: int, contents: Contents) -> Iterator[Batch]:
+    """The messages of one chunk; of a broken one, those before the break."""
+    if end - body < 32:
+        contents.damage("truncated", "the last chunk is cut off", offset, end - offset)
+        return
+    _, _, size, crc, name_size = struct.unpack_from("<QQQII", data, body)
+    compression = bytes(data[body + 32 : body + 32 + name_size]).decode("latin-1")
+    at = body + 32 + name_size
+    (length,) = struct.unpack_from("<Q", data, at) if at + 8 <= end else (0,)
+    packed = data[at + 8 : min(at + 8 + length, end)]
+    unpacked = unpack(packed, compression, size)
+    if len(packed) < length:
+        contents.damage("truncated", "the last chunk is cut off; read up to the break", offset, end - offset)
+    elif len(unpacked) < size:
+        contents.damage("damaged", f"a chunk ({compression or 'plain'}) does not unpack", offset, end - offset)
+    elif crc and zlib.crc32(unpacked) != crc:
+        contents.damage("damaged", "wrong checksum of a chunk; its records are kept", offset, end - offset)
+    yield from _messages(unpacked, contents)
+
+
+def unpack(packed: memoryview, compression: str, size: int) -> memoryview:
+    """Unpack as much of a chunk as there is; never more than it says, nor than can be true."""
+    if not compression:
+        return packed
+    if size > max(LARGEST_CHUNK, LARGEST_RATIO * len(packed)):
+        return memoryview(b"")
+    if compression == "zstd":
+        import zstandard
+
+        try:
+            return memoryview(zstandard.ZstdDecompressor().decompressobj().decompress(packed))
+        except zstandard.ZstdError:
+            return memoryview(b"")
+    if compression == "lz4":
+        import lz4.frame
+
+        try:
+            return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size))
+        except (RuntimeError, EOFError):
+            return memoryview(b"")
+    return memoryview(b"")
+
+
+def _messages(records: memoryview, contents: Contents) -> Iterator[Batch]:
+    """Messages of a run of records; schemas and channels in it are taken in."""
+    if not len(records):
+        return
+    array = np.frombuffer(records, np.uint8)
+    channel, start, end, times, others = _scan(array)
+    for p in others:
+        length = int.from_bytes(records[p + 1 : p + PREFIX], "little")
+        _declare(int(array[p]), bytes(records[p + PREFIX : p + PREFIX + length]), contents)
+    if len(channel):
+        yield Batch(array, channel, start, end, times)
+
+
+@numba.njit(cache=True)
+def _length(data: Bytes, p: int) -> int:
+    """The eight bytes at ``p`` as a number; −1 where they are absurdly large."""
+    value = np.int64(0)
+    for k in range(7, -1, -1):
+        value = (value << 8) | data[p + k]
+    return value if 0 <= value else -1
+
+
+@numba.njit(cache=True)
+def _bare_messages(data: Bytes, p: int) -> int:
+    """End of the run of message, schema and channel records that begins at ``p``."""
+    while p + PREFIX <= len(data) and data[p] in (SCHEMA, CHANNEL, MESSAGE):
+        length = _length(data, p + 1)
+        if length < 0 or length > len(data) - p - PREFIX:
+            break
+        p += PREFIX + length
+    return p
+
+
+@numba.njit(cache=True)
+def _scan(data: Bytes) -> tuple[Integers, Integers, Integers, Integers, Integers]:
+    """Messages of a run of records, and where schemas and channels are; a garbled record is stepped over."""
+    size = len(data) // (PREFIX + MESSAGE_HEAD) + 16
+    channel, start, end = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
+    times, others = np.empty(size, np.int64), np.empty(size, np.int64)
+    n = m = p = before = 0
+    while p + PREFIX <= len(data) and n < size:
+        length = _length(data, p + 1)
+        if length < 0 or length > len(data) - p - PREFIX or not 1 <= data[p] <= LAST_OPCODE:
+            p = _next_message(data, max(before, 0) + 1, times[n - 1] if n else 0)
+            before = p
+            continue
+        if data[p] == MESSAGE and length >= MESSAGE_HEAD:
+            body = p + PREFIX
+            channel[n] = data[body] + 256 * np.int64(data[body + 1])
+            times[n] = _length(data, body + 6)
+            start[n], end[n] = body + MESSAGE_HEAD, body + length
+            n += 1
+        elif (data[p] == SCHEMA or data[p] == CHANNEL) and m < size:
+            others[m] = p
+            m += 1
+        before = p
+        p += PREFIX + length
+    return channel[:n].copy(), start[:n].copy(), end[:n].copy(), times[:n].copy(), others[:m].copy()
+
+
+@numba.njit(cache=True)
+def _next_message(data: Bytes, p: int, last: int) -> int:
+    """The next place where a message begins whose time is within an hour of the last, and which a record follows."""
+    while p + PREFIX + MESSAGE_HEAD <= len(data):
+        if data[p] == MESSAGE:
+            length = _length(data, p + 1)
+            after = p + PREFIX + length
+            if MESSAGE_HEAD <= length and after <= len(data) and (after == len(data) or data[after] <= LAST_OPCODE):
+                if abs(_length(data, p + PREFIX + 6) - last) < 3_600_000_000_000:
+                    return p
+        p += 1
+    return len(data)

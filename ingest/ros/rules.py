@@ -1,0 +1,101 @@
+"""Which ROS 2 and Foxglove messages hold which quantity (REP-103: x forward, y to port, yaw from east to north)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ingest.detect import Rule
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ENU: Mapping[str, object] = {"frame": "enu"}
+_LATLON = {"latitude": "latitude", "longitude": "longitude"}
+#: Frames whose axes turn with the vessel.
+_BODY_FRAMES = ("base", "body", "imu", "fcu", "hull", "ship", "vessel", "boat", "usv")
+
+
+def rules_for(schema: str, topic: str, table: pd.DataFrame) -> list[Rule]:
+    """Rules for the messages of one topic, by the last part of their type's name."""
+    kind = re.split(r"[/.]", schema)[-1]
+    make = _KINDS.get(kind)
+    return [] if make is None else make(re.escape(topic), table)
+
+
+def _fix(topic: str, table: pd.DataFrame) -> list[Rule]:
+    quality = {"quality": "status.status", "quality_min": 0} if "status.status" in table else {}
+    return [Rule("position", topic, _LATLON, "deg", 55, quality)]
+
+
+def _imu(topic: str, table: pd.DataFrame) -> list[Rule]:
+    return [
+        Rule("heading", topic, {"value": "yaw"}, "rad", 50, _ENU),
+        Rule("yaw_rate", topic, {"value": "angular_velocity.z"}, "rad/s", 55, _ENU),
+    ]
+
+
+def _pose(at: str, rank: float, topic: str) -> list[Rule]:
+    return [
+        Rule("position", topic, {"north": f"{at}position.y", "east": f"{at}position.x"}, "m", rank),
+        Rule("heading", topic, {"value": f"{at}yaw"}, "rad", rank, _ENU),
+    ]
+
+
+def _twist(at: str, rank: float, topic: str, body: bool) -> list[Rule]:
+    forward, port = f"{at}linear.x", f"{at}linear.y"
+    fields = {"forward": forward, "starboard": port} if body else {"north": port, "east": forward}
+    options = _ENU if body else {}
+    return [
+        Rule("velocity", topic, fields, "m/s", rank, options),
+        Rule("yaw_rate", topic, {"value": f"{at}angular.z"}, "rad/s", rank - 2, _ENU),
+    ]
+
+
+def _odometry(topic: str, table: pd.DataFrame) -> list[Rule]:
+    return [*_pose("pose.pose.", 42, topic), *_twist("twist.twist.", 42, topic, body=True)]
+
+
+def _pose_stamped(topic: str, table: pd.DataFrame) -> list[Rule]:
+    return _pose("pose.pose." if "pose.pose.position.x" in table else "pose.", 45, topic)
+
+
+def _twist_stamped(topic: str, table: pd.DataFrame) -> list[Rule]:
+    at = "twist.twist." if "twist.twist.linear.x" in table else "twist."
+    return _twist(at, 48, topic, _in_body(table))
+
+
+def _in_body(table: pd.DataFrame) -> bool:
+    """Whether the frame of the message turns with the vessel."""
+    if "header.frame_id" not in table:
+        return False
+    frame = table["header.frame_id"].dropna()
+    return bool(len(frame)) and any(name in str(frame.iloc[0]).lower() for name in _BODY_FRAMES)
+
+
+def _quaternion(topic: str, table: pd.DataFrame) -> list[Rule]:
+    return [Rule("heading", topic, {"value": "yaw"}, "rad", 50, _ENU)]
+
+
+def _vector(topic: str, table: pd.DataFrame) -> list[Rule]:
+    if "velocity" not in topic and "vel" not in topic:
+        return []
+    fields = {"north": "vector.y", "east": "vector.x"}
+    body = {"forward": "vector.x", "starboard": "vector.y"}
+    return [Rule("velocity", topic, body if _in_body(table) else fields, "m/s", 45, _ENU if _in_body(table) else {})]
+
+
+_KINDS = {
+    "NavSatFix": _fix,
+    "LocationFix": _fix,
+    "Imu": _imu,
+    "Odometry": _odometry,
+    "PoseStamped": _pose_stamped,
+    "PoseWithCovarianceStamped": _pose_stamped,
+    "PoseInFrame": _pose_stamped,
+    "TwistStamped": _twist_stamped,
+    "TwistWithCovarianceStamped": _twist_stamped,
+    "QuaternionStamped": _quaternion,
+    "Vector3Stamped": _vector,
+}
