@@ -3,7 +3,8 @@
     python -m benchmarks.bench_lssvm [--largest-dual 8000]
 
 The dual is the papers' dense system (Xie et al. 2020, eq. 11). "primal" solves for the same parameters;
-"with cov." is the whole fit with its correlation-robust covariance and its verdicts, as a user gets it. Medians.
+"with cov." is the whole fit with its correlation-robust covariance and its verdicts, as a user gets it.
+Medians.
 """
 
 from __future__ import annotations
