@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,6 +45,15 @@ def spread_names(name: str, dtype: np.dtype[np.void]) -> list[str]:
     """Names of the columns that a field becomes."""
     shape = dtype[name].shape
     return [f"{name}[{k}]" for k in range(shape[0])] if shape else [name]
+
+
+def grouped(codes: NDArray[np.integer[Any]]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Each code (small, from −1 on) with the rows that have it, in order."""
+    order = np.argsort(codes, kind="stable")
+    counts = np.bincount(codes.astype(np.int64, copy=False) + 1)
+    ends = np.cumsum(counts)
+    for k in np.flatnonzero(counts):
+        yield int(k) - 1, order[ends[k] - counts[k] : ends[k]]
 
 
 def without(values: NDArray[np.generic], code: int) -> NDArray[np.generic]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +98,7 @@ def times(data: memoryview, records: Records, formats: dict[int, Format]) -> NDA
 
 
 def plausible(records: Records, t_ns: NDArray[np.int64]) -> tuple[Records, NDArray[np.int64]]:
-    """Without weak records whose time does not fit, or whose type was another before a bit flipped."""
+    """Without weak records whose time does not fit."""
     suspects = np.flatnonzero(records.weak)
     if not len(suspects):
         return records, t_ns
@@ -107,29 +107,18 @@ def plausible(records: Records, t_ns: NDArray[np.int64]) -> tuple[Records, NDArr
     if len(strong):
         near = strong[np.clip(np.searchsorted(strong, suspects), 0, len(strong) - 1)]
         keep[suspects] = (t_ns[suspects] < 0) | (np.abs(t_ns[suspects] - t_ns[near]) < 300_000_000_000)
-    keep[suspects[mistaken(records, suspects)]] = False
     return records.keep(keep), t_ns[keep]
-
-
-def mistaken(records: Records, suspects: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether the way to the next record is the length of a type one bit away; (len(suspects),) bool."""
-    length_of = np.zeros(256, dtype=np.int64)
-    length_of[records.kind] = records.length
-    last = suspects == len(records.start) - 1
-    distance = records.start[np.where(last, suspects, suspects + 1)] - records.start[suspects]
-    others = records.kind[suspects][:, None] ^ (1 << np.arange(8)).astype(np.uint8)
-    longer = distance > records.length[suspects]
-    return np.asarray((length_of[others] == distance[:, None]).any(axis=1) & longer & ~last)
 
 
 def carried(t_ns: NDArray[np.int64], timed: NDArray[np.bool_], good: NDArray[np.int64]) -> NDArray[np.int64]:
     """Times of all records; one that has none takes that of the record before, or of the first that has one."""
+    if not len(good):
+        return np.zeros_like(t_ns)
     out = t_ns.copy()
     out[timed] = good
-    if not len(good):
-        return np.zeros_like(out)
-    last = np.maximum.accumulate(np.where(timed, np.arange(len(out)), -1))
-    return np.where(last >= 0, out[last], good[0])
+    at, bare = np.flatnonzero(timed), np.flatnonzero(~timed)
+    out[bare] = good[np.clip(np.searchsorted(at, bare) - 1, 0, None)]
+    return out
 
 
 def meant(data: memoryview, records: Records, formats: dict[int, Format]) -> dict[int, Format]:
@@ -168,18 +157,18 @@ def decode(
     topics: Collection[str] | None,
 ) -> dict[str, pd.DataFrame]:
     """One table per name and instance: ``GPS``, and ``GPS[1]`` for the next instance."""
-    order = np.argsort(records.kind, kind="stable")
-    kinds, first = np.unique(records.kind[order], return_index=True)
+    from ingest.mavlink.columns import grouped
+
     tables: dict[str, pd.DataFrame] = {}
-    for kind, rows in zip(kinds, np.split(order, first[1:]), strict=True):
-        layout = formats.get(int(kind))
+    for kind, rows in grouped(records.kind):
+        layout = formats.get(kind)
         if layout is None or (topics is not None and not wanted(layout.name, topics)):
             continue
-        rows = rows[records.length[rows] == layout.dtype.itemsize + 3]
-        bodies = rows_of(data, records.start[rows], layout.dtype)
-        for topic, number, which in by_instance(layout, bodies):
-            part = table_of(layout, bodies[which], t_ns[rows][which], number)
-            tables[topic] = joined(tables.get(topic), part)
+        fits = records.length[rows] == layout.dtype.itemsize + 3
+        rows = rows if fits.all() else rows[fits]
+        for topic, number, which in by_instance(data, records.start, rows, layout):
+            bodies = rows_of(data, records.start[which], layout.dtype)
+            tables[topic] = joined(tables.get(topic), table_of(layout, bodies, t_ns[which], number))
     return tables
 
 
@@ -212,28 +201,36 @@ def table_of(
         else:
             columns[name] = scaled(values, letter)
     if instance is not None:
-        columns[SOURCE] = np.full(len(rows), instance, dtype=np.int16)
+        columns[SOURCE] = np.full(len(rows), instance, dtype=np.int32)
     return table(t_ns, columns)
 
 
+def field_place(layout: Format) -> tuple[np.dtype[Any], int]:
+    """Type and offset of the field that tells instances apart."""
+    if layout.instance is None or layout.dtype.fields is None:
+        return np.dtype("S1"), 0
+    kind, offset = layout.dtype.fields[layout.instance][:2]
+    return kind, int(offset)
+
+
 def by_instance(
-    layout: Format, bodies: NDArray[np.void]
-) -> list[tuple[str, int | None, slice | NDArray[np.bool_]]]:
+    data: memoryview, start: NDArray[np.int64], rows: NDArray[np.int64], layout: Format
+) -> list[tuple[str, int | None, NDArray[np.int64]]]:
     """Topic, number and rows of each instance.
 
     The lowest instance has the plain name, so that it is the same in logs with one; the others have their number
     behind it.
     """
-    every = slice(None)
-    if layout.instance is None or not len(bodies) or layout.dtype[layout.instance].kind not in "iu":
-        return [(layout.name, None, every)]
-    instance = np.ascontiguousarray(bodies[layout.instance])
+    kind, offset = field_place(layout)
+    if not len(rows) or kind.kind not in "iu":
+        return [(layout.name, None, rows)]
+    instance = rows_of(data, start[rows] + offset, np.dtype([("number", kind)]))["number"]
     lowest = int(instance.min())
     if lowest == int(instance.max()):
-        return [(layout.name, lowest, every)]
+        return [(layout.name, lowest, rows)]
     numbers = [int(k) for k in np.unique(instance)]
     names = [layout.name, *(f"{layout.name}[{k}]" for k in numbers[1:])]
-    return [(name, k, instance == k) for name, k in zip(names, numbers, strict=True)]
+    return [(name, k, rows[instance == k]) for name, k in zip(names, numbers, strict=True)]
 
 
 def units(tables: Collection[str], formats: dict[int, Format]) -> dict[tuple[str, str], str]:

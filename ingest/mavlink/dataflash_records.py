@@ -150,7 +150,7 @@ def scan(data: memoryview | bytes) -> Records:
         block = np.empty(BLOCK, dtype=RECORD)
         count, p = scan_block(b, p, lengths, sizes, block)
         blocks.append(block[:count].copy() if count < BLOCK else block)
-    found = np.concatenate(blocks) if blocks else np.empty(0, dtype=RECORD)
+    found = blocks[0] if len(blocks) == 1 else np.concatenate([np.empty(0, dtype=RECORD), *blocks])
     return Records(*(np.ascontiguousarray(found[name]) for name in ("start", "kind", "length", "weak")))
 
 

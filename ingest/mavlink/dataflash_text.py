@@ -229,9 +229,9 @@ def by_instance(layout: Format, whole: pd.DataFrame) -> dict[str, pd.DataFrame]:
     numbers = [int(k) for k in np.unique(instance[np.isfinite(instance)])]
     names = [layout.name, *(f"{layout.name}[{k}]" for k in numbers[1:])]
     return {
-        name: whole[instance == k].assign(**{SOURCE: np.int16(k)})
+        name: whole[instance == k].assign(**{SOURCE: np.int32(k)})
         for name, k in zip(names, numbers, strict=True)
-        if -32_768 <= k < 32_768
+        if abs(k) < 2**31
     }
 
 

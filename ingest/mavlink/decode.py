@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ingest.log import SOURCE, Finding
-from ingest.mavlink.columns import spread, spread_names, table, without
+from ingest.mavlink.columns import grouped, spread, spread_names, table, without
 from ingest.mavlink.dialect import Dialect, MessageType
 from ingest.mavlink.frames import Frames, gather_payloads
 
@@ -44,11 +44,8 @@ def decode_frames(
     topics : collection of str, optional
         Decode only these.
     """
-    order = np.argsort(timed.frames.kind, kind="stable")
-    kinds, first = np.unique(timed.frames.kind[order], return_index=True)
-    groups = np.split(order, first[1:])
     tables = {}
-    for kind, rows in zip(kinds, groups, strict=True):
+    for kind, rows in grouped(timed.frames.kind):
         if kind < 0 or (topics is not None and dialect.types[kind].name not in topics):
             continue
         tables[dialect.types[kind].name] = decode_type(timed, dialect.types[kind], rows)
