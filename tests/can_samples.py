@@ -1,4 +1,4 @@
-"""CAN logs for tests: messages that the peers encode, written by python-can or in the words of the formats."""
+"""CAN logs for tests: messages that the peers encode, written by python-can or in a format's words."""
 
 import io
 import math

@@ -1,4 +1,4 @@
-"""CAN logs: every transport against python-can, every PGN against nmea2000, DBC against cantools, and damage."""
+"""CAN logs: transports against python-can, PGNs against nmea2000, DBC against cantools; damage."""
 
 import datetime
 import logging
@@ -43,8 +43,8 @@ FORMATS = Path(__file__).parents[2] / "shared" / "data" / "formats"
 READER = {r.name: r for r in READERS}
 VOYAGE = voyage()
 ACTISENSE = b"".join(
-    f"2023-11-14T22:13:{20 + i / 10:06.3f}Z,2,127250,10,255,8,00,{(10000 + i) & 255:02x},{(10000 + i) >> 8:02x}"
-    f",ff,7f,ff,7f,fc\r\n".encode()
+    f"2023-11-14T22:13:{20 + i / 10:06.3f}Z,2,127250,10,255,8,00,{(10000 + i) & 255:02x},"
+    f"{(10000 + i) >> 8:02x},ff,7f,ff,7f,fc\r\n".encode()
     for i in range(300)
 )
 SAMPLES = {
@@ -138,7 +138,7 @@ def test_standard_identifiers_channels_and_other_frames():
     assert frames.time_ns.tolist() == [1_000_000_000, 1_100_000_000, 1_500_000_000]
 
 
-# --- damage ------------------------------------------------------------------------------------------------------
+# --- damage --------------------------------------------------------------------------------------------
 
 
 def test_glued_lines_come_apart():
@@ -241,7 +241,7 @@ def test_nothing_makes_a_reader_raise(noise):
             log_of(reader, noise)
 
 
-# --- NMEA 2000 ---------------------------------------------------------------------------------------------------
+# --- NMEA 2000 -----------------------------------------------------------------------------------------
 
 
 def frames_of(messages: list[can.Message]) -> Frames:
@@ -249,7 +249,7 @@ def frames_of(messages: list[can.Message]) -> Frames:
 
 
 def peer_value(field) -> object:
-    """A field's value as the peer has it, in our words: NaN where it has none, codes of lookups, raw times."""
+    """A field's value as the peer has it: NaN where it has none, codes of lookups, raw times."""
     kind = field.type.name
     if kind in ("LOOKUP", "INDIRECT_LOOKUP", "BITLOOKUP"):
         return field.raw_value
@@ -410,7 +410,7 @@ def test_topics_by_number():
     assert set(log.tables) == {"rudder"}
 
 
-# --- time --------------------------------------------------------------------------------------------------------
+# --- time ----------------------------------------------------------------------------------------------
 
 
 def test_utc_of_each_clock():
@@ -464,18 +464,21 @@ def test_any_stamps_are_taken(stamps, clock):
     assert len(times) == kept.sum()
 
 
-# --- other words of the formats -----------------------------------------------------------------------------------
+# --- other words of the formats ------------------------------------------------------------------------
 
 
 def test_trc_versions():
     frame_of = {
-        "1.0": b"     1)      1841  0001  8  00 01 02 03 04 05 06 07 \r\n     2)      1842  09F11201  2  AA BB\r\n",
+        "1.0": b"     1)      1841  0001  8  00 01 02 03 04 05 06 07 \r\n"
+        b"     2)      1842  09F11201  2  AA BB\r\n",
         "1.1": b"     1)      1841.5  Rx         0001  8  00 01 02 03 04 05 06 07 \r\n"
-        b"     2)      1842.5  Tx     09F11201  2  AA BB \r\n     3)   1843.0  Warng  FFFFFFFF  4  00 00 00 08  BUSLIGHT\r\n",
+        b"     2)      1842.5  Tx     09F11201  2  AA BB \r\n"
+        b"     3)   1843.0  Warng  FFFFFFFF  4  00 00 00 08  BUSLIGHT\r\n",
         "1.3": b"     1)      1841.500 1  Rx        0001 -  8    00 01 02 03 04 05 06 07 \r\n"
         b"     2)      1842.500 2  Tx    09F11201 -  2    AA BB \r\n",
         "2.0": b"      1      1841.500 DT     0001 Rx 8  00 01 02 03 04 05 06 07 \r\n"
-        b"      2      1842.500 DT 09F11201 Tx 2  AA BB \r\n      3      1843.000 ST          Rx    00 00 00 08\r\n",
+        b"      2      1842.500 DT 09F11201 Tx 2  AA BB \r\n"
+        b"      3      1843.000 ST          Rx    00 00 00 08\r\n",
         "2.1": b"      1      1841.500 DT 1      0001 Rx -  8    00 01 02 03 04 05 06 07 \r\n"
         b"      2      1842.500 DT 2  09F11201 Tx -  2    AA BB \r\n",
     }
@@ -489,7 +492,7 @@ def test_trc_versions():
 def test_asc_in_decimal_with_relative_stamps():
     text = (
         b"date Thu Aug 17 03:47:46.421 pm 2017\nbase dec  timestamps relative\nno internal events logged\n"
-        b"   0.500000 1  167055820x      Rx   d 8 255 114 90 255 127 255 127 253  Length = 256000 BitCount = 130\n"
+        b"   0.500000 1  167055820x      Rx   d 8 255 114 90 255 127 255 127 253  Length = 256\n"
         b"   0.250000 2  291             Tx   d 2 1 16\n   0.1 1  ErrorFrame\n"
     )
     frames = transport("asc", text)
@@ -529,7 +532,7 @@ def test_mf4(monkeypatch):
         READER["mf4"].read(Path("x.mf4"), memoryview(data), ReadOptions())
 
 
-# --- sources -----------------------------------------------------------------------------------------------------
+# --- sources -------------------------------------------------------------------------------------------
 
 
 def sources_of(messages: list[can.Message]) -> dict[str, list]:
@@ -578,7 +581,7 @@ def test_devices_and_instances_are_told_apart():
     assert found["propeller"][0].unit == "rpm"
 
 
-# --- DBC ---------------------------------------------------------------------------------------------------------
+# --- DBC -----------------------------------------------------------------------------------------------
 
 DBC = """VERSION ""
 NS_ :
@@ -655,7 +658,7 @@ def test_frames_of_an_unknown_protocol_ask_for_a_dbc_file():
         READER["candump"].read(Path("x.log"), memoryview(text), ReadOptions())
 
 
-# --- measured logs -----------------------------------------------------------------------------------------------
+# --- measured logs -------------------------------------------------------------------------------------
 
 real = [
     pytest.mark.real,

@@ -1,4 +1,4 @@
-"""CAN logs: transports that yield frames as columns, and decoders (NMEA 2000, DBC) that make tables of them."""
+"""CAN logs: transports that yield frames as columns, and decoders (NMEA 2000, DBC) that make tables."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Text of Actisense and canboat: one whole packet per line, as its programs print it.
 
-``2026-08-03T05:05:27.983Z,2,129026,52,255,8,ff,fc,f5,bf,3f,01,ff,ff`` (canboat; fast packets assembled, or frame by
-frame in its PLAIN variant) and ``A173321.107 23FF7 1F513 012F3070002F3070`` (Actisense N2K ASCII).
+``2026-08-03T05:05:27.983Z,2,129026,52,255,8,ff,fc,f5,bf,3f,01,ff,ff`` (canboat; fast packets assembled, or
+frame by frame in its PLAIN variant) and ``A173321.107 23FF7 1F513 012F3070002F3070`` (Actisense N2K ASCII).
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from ingest.canbus.lines import NOT_HEX, LineStyle, Stretch, clock_ns, date_time
 IDLE = re.compile(rb"[ \t]*#[^\r\n]*")
 CANBOAT = LineStyle(
     re.compile(
-        rb"(?P<time>\d{4}-\d\d-\d\d[T\-Z ]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?,(?P<priority>[0-7]),(?P<pgn>\d{5,6}),"
+        rb"(?P<time>\d{4}-\d\d-\d\d[T\-Z ]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?,(?P<priority>[0-7]),"
+        rb"(?P<pgn>\d{5,6}),"
         rb"(?P<source>\d{1,3}),(?P<destination>\d{1,3}),(?P<dlc>\d{1,3}),"
         rb"(?P<data>[0-9A-Fa-f]{2}(?:,[0-9A-Fa-f]{2}(?![\w\-]))*)"
     ),
@@ -29,7 +30,8 @@ CANBOAT = LineStyle(
 )
 ASCII = LineStyle(
     re.compile(
-        rb"\bA(?P<time>\d{6}\.\d{1,6}) (?P<source>[0-9A-Fa-f]{2})(?P<destination>[0-9A-Fa-f]{2})(?P<priority>[0-7])"
+        rb"\bA(?P<time>\d{6}\.\d{1,6}) (?P<source>[0-9A-Fa-f]{2})(?P<destination>[0-9A-Fa-f]{2})"
+        rb"(?P<priority>[0-7])"
         rb" (?P<pgn>[0-9A-Fa-f]{5}) (?P<data>(?:[0-9A-Fa-f]{2})+)(?=\s|$)"
     ),
     IDLE,

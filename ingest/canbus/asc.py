@@ -1,4 +1,4 @@
-"""Vector ASC. Its header gives the start in local time of an unknown zone, so times count from the start only."""
+"""Vector ASC. Its header gives local time of an unknown zone, so times count from the start only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ RECORD = (
 )
 IDLE = re.compile(
     rb"(?:\ufeff)?(?:date|base|internal|no internal|Begin|End|//|\*)[^\r\n]*"
-    rb"|[ \t]*\d+\.\d+[ \t]+(?:Start of|\d+[ \t]+(?:Statistic|ErrorFrame|[0-9A-Fa-f]+x?[ \t]+[RT]x[ \t]+r)|CANFD|CAN)[^\r\n]*"
+    rb"|[ \t]*\d+\.\d+[ \t]+(?:Start of|\d+[ \t]+"
+    rb"(?:Statistic|ErrorFrame|[0-9A-Fa-f]+x?[ \t]+[RT]x[ \t]+r)|CANFD|CAN)[^\r\n]*"
     rb"|[ \t]*\d+\.\d+[ \t]+(?:log trigger|SV:|EV:|ET)[^\r\n]*".replace(rb"(?:\ufeff)?", b"")
 )
 HEXADECIMAL = LineStyle(re.compile(RECORD % (rb"[0-9A-Fa-f]{1,8}", rb"[0-9A-Fa-f]{2}")), IDLE)

@@ -1,7 +1,7 @@
-"""Vector BLF: objects in compressed containers. Objects are found by their signature, so damage costs only itself.
+"""Vector BLF: objects in compressed containers, found by their signature, so damage costs only itself.
 
-The header gives the start in local time of an unknown zone (Vector) or in UTC (python-can); nothing tells which, so
-times count from the start only.
+The header gives the start in local time of an unknown zone (Vector) or in UTC (python-can); nothing tells
+which, so times count from the start only.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""CSV as python-can writes it: ``timestamp,arbitration_id,extended,remote,error,dlc,data``, data in base64."""
+"""CSV as python-can writes it: ``timestamp,arbitration_id,extended,remote,error,dlc,data`` (base64)."""
 
 from __future__ import annotations
 

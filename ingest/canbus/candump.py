@@ -19,7 +19,8 @@ CONSOLE = LineStyle(
         rb"(?:\((?P<time>\d{1,10}\.\d{1,9}|\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d\.\d{1,9})\)[ \t]+)?"
         rb"(?:\b(?P<channel>[A-Za-z]\w{0,15})[ \t]+(?:[RT]X[ \t]+[-B][ \t]+[-E][ \t]+)?|<0x)"
         rb"(?P<id>[0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})>?"
-        rb"[ \t]+\[(?P<dlc>\d)\](?P<data>(?:[ \t]{1,2}[0-9A-Fa-f]{2}(?![.\w])){0,8})(?:[ \t]+'[^\r\n]{0,8}'?)?(?:[ \t]+remote request)?"
+        rb"[ \t]+\[(?P<dlc>\d)\](?P<data>(?:[ \t]{1,2}[0-9A-Fa-f]{2}(?![.\w])){0,8})"
+        rb"(?:[ \t]+'[^\r\n]{0,8}'?)?(?:[ \t]+remote request)?"
     ),
     idle=re.compile(rb"[ \t]*#[^\n]*"),
 )

@@ -1,4 +1,5 @@
-"""Compiled scanner for lines of candump's log style: ``(1502984866.421964) can0 09F112CC#FF725AFF7FFF7FFD``."""
+# ruff: noqa: SIM109 - numba compiles plain comparisons best
+"""Compiled scanner for candump's log style: ``(1502984866.421964) can0 09F112CC#FF725AFF7FFF7FFD``."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-#: Kinds of record. A doubtful frame ends where the line does not: glued to the next, or at the end of the file.
+#: Kinds of record. A doubtful frame is not followed by a line end: it is glued, or the file ends.
 NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
 NEWLINE, RETURN, SPACE, TAB, HASH, OPEN, CLOSE, POINT = 10, 13, 32, 9, 35, 40, 41, 46
 MOST_CHANNELS = 64
@@ -197,7 +198,7 @@ def idle_line(text: NDArray[np.uint8], i: int, at_start: bool) -> int:
 def read_record(
     text: NDArray[np.uint8], i: int, data: NDArray[np.uint8]
 ) -> tuple[int, int, int, int, int, int, int, int]:
-    """The record at ``i``: (kind, end, stamp, identifier, its digits, bytes, start and end of the interface's name)."""
+    """The record at ``i``: kind, end, stamp, identifier, its digits, bytes, start and end of the name."""
     stamp, j = read_stamp(text, i)
     if j < 0:
         return NOTHING, i, 0, 0, 0, 0, 0, 0
@@ -227,8 +228,8 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     Returns
     -------
     time_ns, can_id, extended, channel, dlc, data, doubtful, spans, names, damaged : arrays
-        ``spans`` and ``damaged`` hold start and end of each record and of each damaged stretch, ``names`` those of
-        each interface's name.
+        ``spans`` and ``damaged`` hold start and end of each record and of each damaged stretch,
+        ``names`` those of each interface's name.
     other : int
         Number of remote, error and CAN FD frames.
     """

@@ -1,7 +1,8 @@
 """Frames that a DBC file describes → one table per message, by column; layouts come from cantools.
 
-An extended identifier is compared exactly; where that fails, without priority and sender, as J1939 and NMEA 2000
-use them: the sender is then the column ``source``. Multiplexed signals are NaN where another page was sent.
+An extended identifier is compared exactly; where that fails, without priority and sender, as J1939 and NMEA
+2000 use them: the sender is then the column ``source``. Multiplexed signals are NaN where another page was
+sent.
 """
 
 from __future__ import annotations

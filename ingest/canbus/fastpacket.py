@@ -1,8 +1,8 @@
 """Fast packets: frames that carry one payload, put together per bus, sender, PGN and sequence number.
 
-The first byte of a frame holds the sequence number (3 bits) and the frame's number (5 bits); the second byte of
-frame 0 the length of the payload. Frame 0 carries 6 bytes, each further one 7. A packet is taken only if all its
-frames are there, in order and without a pause: a lost frame loses the packet, and is counted.
+The first byte of a frame holds the sequence number (3 bits) and the frame's number (5 bits); the second byte
+of frame 0 the length of the payload. Frame 0 carries 6 bytes, each further one 7. A packet is taken only if
+all its frames are there, in order and without a pause: a lost frame loses the packet, and is counted.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def stream_key(frames: Frames) -> NDArray[np.int64]:
 def complete(
     frames: Frames, first: NDArray[np.int64], needed: NDArray[np.int64], in_place: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Groups, opened by ``first``, that have the frames they need, each in its place and long enough; (groups,)."""
+    """Groups, opened by ``first``, that have all their frames, in place and long enough; (groups,)."""
     ends = np.append(first[1:], len(frames))
     last = np.minimum(first + needed, ends)
     full = in_place & (frames.dlc == 8)

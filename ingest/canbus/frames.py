@@ -1,4 +1,4 @@
-"""CAN frames and NMEA 2000 packets as columns, apart from what they mean and from where they were recorded."""
+"""CAN frames and NMEA 2000 packets as columns, apart from what they mean and how they were recorded."""
 
 from __future__ import annotations
 
@@ -98,7 +98,8 @@ class Capture:
     findings : tuple of Finding
     bytes_damaged : int
     clock : str
-        What the times count from: ``"utc"`` (since 1970, UTC), ``"day"`` (since midnight, UTC) or ``"start"``.
+        What the times count from: ``"utc"`` (since 1970, UTC), ``"day"`` (since midnight, UTC) or
+        ``"start"``.
     """
 
     frames: Frames
@@ -141,8 +142,8 @@ def joined(parts: Iterable[Frames]) -> Frames:
 def implausible_lengths(frames: Frames, doubtful: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Frames of doubtful records that are shorter than their identifier usually is; (n,) bool.
 
-    A record that was cut within its data still reads as a shorter frame. It is taken for whole only if frames of the
-    same identifier from undamaged records are no longer than it.
+    A record that was cut within its data still reads as a shorter frame. It is taken for whole only if
+    frames of the same identifier from undamaged records are no longer than it.
     """
     if not doubtful.any():
         return doubtful

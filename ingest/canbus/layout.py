@@ -1,8 +1,9 @@
 """Where the fields of each PGN are, and which codes mean "not available": asked of the canboat database.
 
-Names, offsets, lengths, scales and units come from the database that the package ``nmea2000`` carries. It does not
-say which fields are signed, which codes are no values, and which values tell the variants of a proprietary PGN
-apart; these are found by encoding an empty message and decoding a few probes with the package itself.
+Names, offsets, lengths, scales and units come from the database that the package ``nmea2000`` carries. It
+does not say which fields are signed, which codes are no values, and which values tell the variants of a
+proprietary PGN apart; these are found by encoding an empty message and decoding a few probes with the package
+itself.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Repeat:
-    """A group of fields that is repeated: its first repetition, its length in bits, and the field that counts it."""
+    """Repeated fields: their first repetition, its length in bits, and the field that counts them."""
 
     fields: tuple[Field, ...]
     bits: int
@@ -110,8 +111,8 @@ def variants(pgn: int) -> tuple[str, ...]:
 def telling_places(pgn: int) -> tuple[tuple[int, int], ...]:
     """Offset and length of the fields that may tell the variants of a PGN apart.
 
-    These are the fields that an empty message of some variant does not leave not available; where the database
-    cannot encode one, the fields at the head of the payload, where makers put their codes.
+    These are the fields that an empty message of some variant does not leave not available; where the
+    database cannot encode one, the fields at the head of the payload, where makers put their codes.
     """
     places: set[tuple[int, int]] = set()
     for info in backend.DATABASE.pgn_variants(pgn):
@@ -179,7 +180,7 @@ def empty_message(info: backend.canboat.PgnInfo) -> bytes | None:
 
 
 def repeated_fields(info: backend.canboat.PgnInfo) -> tuple[int, int, str | None]:
-    """Index of the first repeated field, their number, and the id of the field that counts the repetitions."""
+    """Index of the first repeated field, their number, and the id of the field that counts them."""
     if len(info.repeating_sets) != 1:
         return len(info.fields), 0, None
     start, count, counter = info.repeating_sets[0]
@@ -207,7 +208,7 @@ def bits_at(payload: bytes, bit: int, bits: int) -> int | None:
 def field_of(
     pgn: int, info: backend.canboat.PgnInfo, f: backend.canboat.FieldInfo, ground: bytes, is_empty: bool
 ) -> Field:
-    """The column of one field; ``ground`` is a payload to probe with, ``is_empty`` whether it is an empty one."""
+    """The column of one field; ``ground`` is a payload to probe with, empty or not."""
     kind = KINDS[f.field_type or "NUMBER"]
     unit, scale, offset = NATIVE_UNITS.get((info.id, f.id)) or (f.unit, f.resolution, f.offset)
     name = f"{f.id}_" if f.id == SOURCE else f.id
@@ -248,7 +249,7 @@ def prober(
 
 
 def is_signed(empty: int | None, probe: Callable[[int], float | None], bits: int) -> bool:
-    """Whether a field is signed: by its code for "not available", or else by which codes are the smaller values."""
+    """Whether a field is signed: by its code for "not available", or by which codes are smaller values."""
     if bits < 2 or empty == (1 << bits) - 1:
         return False
     if empty == (1 << (bits - 1)) - 1:

@@ -28,8 +28,9 @@ class LineStyle:
     Attributes
     ----------
     record : compiled pattern
-        Of bytes; all its groups are named. ``id`` is the identifier and ``data`` the data bytes in hexadecimal
-        (separators are ignored); ``dlc``, ``channel``, ``time`` and ``wide`` (not empty: 29 bits) are optional.
+        Of bytes; all its groups are named. ``id`` is the identifier and ``data`` the data bytes in
+        hexadecimal (separators are ignored); ``dlc``, ``channel``, ``time`` and ``wide`` (not empty:
+        29 bits) are optional.
     idle : compiled pattern
         Whole lines that carry no record.
     base : int
@@ -161,7 +162,7 @@ def frames_of(
 
 
 def hexadecimal(text: bytes, base: int) -> bytes:
-    """Data bytes as hexadecimal digits without separators; fewer than they should be where they make no sense."""
+    """Data bytes as hexadecimal digits without separators; too few where they make no sense."""
     if base == 16:
         return text.translate(None, NOT_HEX)
     if base == 10:

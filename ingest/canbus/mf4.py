@@ -22,7 +22,7 @@ MAGIC = (b"MDF     4.", b"UnFinMF 4.")
 class ExtraMissing(DataError):
     """A format whose library is not installed."""
 
-    def __init__(self, format_name: str, library: str, extra: str):
+    def __init__(self, format_name: str, library: str, extra: str) -> None:
         self.format_name, self.library, self.extra = format_name, library, extra
         super().__init__(
             f"reading {format_name} needs {library}: install it with pip install 'seatrial[{extra}]'."

@@ -1,9 +1,10 @@
 """NMEA 2000: frames and packets → one table per PGN, by column.
 
-A table is named by canboat's id of the PGN (``rudder``, ``vesselHeading``, ``cogSogRapidUpdate``), its columns by
-canboat's ids of the fields, with the units of canboat.json (rad, m/s, deg for latitude and longitude, rpm for
-engine speed). ``source`` is the sender's address. Codes of lookups stay codes. Not-available and out-of-range codes
-are NaN, and so are fields beyond the end of a short payload. Repeated fields are columns ``name[0]``, ``name[1]``, ….
+A table is named by canboat's id of the PGN (``rudder``, ``vesselHeading``, ``cogSogRapidUpdate``), its
+columns by canboat's ids of the fields, with the units of canboat.json (rad, m/s, deg for latitude and
+longitude, rpm for engine speed). ``source`` is the sender's address. Codes of lookups stay codes.
+Not-available and out-of-range codes are NaN, and so are fields beyond the end of a short payload. Repeated
+fields are columns ``name[0]``, ``name[1]``, ….
 """
 
 from __future__ import annotations
@@ -124,8 +125,8 @@ def together(a: Packets, b: Packets) -> Packets:
 def by_variant(pgn: int, packets: Packets) -> Iterator[tuple[str, Packets]]:
     """Each variant of a PGN that occurs, with its packets.
 
-    Packets that agree in all fields that may tell variants apart are of one variant: the package is asked for it
-    once per combination of these fields.
+    Packets that agree in all fields that may tell variants apart are of one variant: the package is asked
+    for it once per combination of these fields.
     """
     names, places = variants(pgn), telling_places(pgn)
     if not names or not len(packets):
@@ -143,7 +144,7 @@ def by_variant(pgn: int, packets: Packets) -> Iterator[tuple[str, Packets]]:
 def combinations(
     packets: Packets, places: tuple[tuple[int, int], ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Index of the first packet of each combination of field values, and the combination of each packet; (n,)."""
+    """Index of the first packet of each combination of field values, and each packet's combination; (n,)."""
     reach = max((bit + bits + 7) // 8 for bit, bits in places) if places else 1
     key = np.minimum(packets.length, reach).astype(np.uint64)
     for bit, bits in places:

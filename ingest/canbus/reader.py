@@ -67,7 +67,7 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
 
 
 def asked_for(topic: str, topics: frozenset[str]) -> bool:
-    """Whether a table that was decoded is to be kept: those with the time were decoded for the clock's sake."""
+    """Whether to keep a table: those with the time were decoded for the clock's sake."""
     numbers = {name: str(pgn) for pgn, name in utc.TIMES.items()}
     return topic not in numbers or bool({topic, numbers[topic]} & topics)
 

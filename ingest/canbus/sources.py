@@ -85,7 +85,7 @@ def instances(rows: pd.DataFrame, rule: Rule) -> Iterator[tuple[pd.DataFrame, di
         return
     numbers = np.unique(valued["instance"].dropna().to_numpy())
     if len(numbers) < 2:
-        several = rows["instance"].nunique(dropna=False) > 1 and len(numbers) == 1
+        several = len(numbers) == 1 and len(np.unique(rows["instance"].to_numpy())) > 1
         yield valued, selected(float(numbers[0])) if several else {}
         return
     for number in numbers.tolist():

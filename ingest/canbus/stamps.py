@@ -1,8 +1,9 @@
-"""Time stamps of records in the order of recording: midnight, restarts, and single stamps that are damaged."""
+"""Time stamps in the order of recording: midnight, restarts, and single stamps that are damaged."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def wrong_stamps(time_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
     wrong = np.zeros(len(time_ns), np.bool_)
     steps = np.diff(time_ns)
     jumps = (np.flatnonzero(np.abs(steps) > JUMP_NS) + 1).tolist()
-    for i, j in zip(jumps, jumps[1:], strict=False):
+    for i, j in pairwise(jumps):
         away, back = int(steps[i - 1]), int(steps[j - 1])
         returned = abs(int(time_ns[j]) - int(time_ns[i - 1])) < min(abs(away), abs(back)) // 2
         if j - i <= MOST_WRONG and (away > 0) != (back > 0) and returned and not wrong[i - 1]:

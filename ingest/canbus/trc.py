@@ -13,7 +13,8 @@ VERSION = re.compile(rb";\$FILEVERSION=(\d)\.(\d)")
 START = re.compile(rb";[ \t]*Start time:[ \t]*([^\r\n]+)")
 DATA = rb"(?P<dlc>\d{1,2})(?P<data>(?:[ \t]+[0-9A-Fa-f]{2}(?![.)\w])){0,8})"
 IDLE = re.compile(
-    rb"[ \t]*;[^\r\n]*|[ \t]*\d+\)?[ \t]+\d+\.?\d*[ \t]+(?:\d[ \t]+)?(?:[^\r\n]*\bRTR\b|Warng|Error|FD|FB|FE|BI|RR|ST|ER|EC|EV)[^\r\n]*"
+    rb"[ \t]*;[^\r\n]*|[ \t]*\d+\)?[ \t]+\d+\.?\d*[ \t]+(?:\d[ \t]+)?"
+    rb"(?:[^\r\n]*\bRTR\b|Warng|Error|FD|FB|FE|BI|RR|ST|ER|EC|EV)[^\r\n]*"
 )
 FIRST = LineStyle(
     re.compile(

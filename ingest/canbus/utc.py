@@ -36,5 +36,5 @@ def disagreement(tables: Mapping[str, pd.DataFrame]) -> tuple[Finding, ...]:
     late = utc_of_zero(tables)
     if late is None or abs(late) < AGREES_S * 1e9:
         return ()
-    message = f"the recording computer's clock is {-late * 1e-9:+.3f} s from the time sent on the bus; its own is kept"
+    message = f"the computer's clock is {-late * 1e-9:+.3f} s from the time sent on the bus; its own is kept"
     return (Finding("clock", message),)
