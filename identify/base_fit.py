@@ -1,0 +1,99 @@
+"""Fit a structure from scratch: regression, short windows, long windows, the noise calibrated on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.noise import calibrated
+from identify.output_error import Prior, Solution, prior_for, solve
+from identify.prepare import Prepared
+from identify.regression import coefficient_scales, start_by_regression
+from identify.stretch import Stretch
+from identify.structure import Structure
+from identify.windows import Problem, cut, first_states
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Length of the windows, s: short ones first, so that a poor start cannot run away.
+SHORT, LONG = 8.0, 30.0
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A solution with the problem and the prior that it solves."""
+
+    problem: Problem
+    prior: Prior
+    solution: Solution
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Rows less first states and parameters."""
+        n_states = int((self.solution.moments.matrices[:, range(8), range(8)] > 0).sum())
+        return max(1, self.problem.rows - n_states - len(self.solution.p))
+
+    @property
+    def chi2_per_dof(self) -> float:
+        """Squared errors over the white noise of the sensors, per degree of freedom."""
+        total = 0.0
+        for w, residual in zip(self.problem.windows, self.solution.moments.residuals, strict=True):
+            kind = self.problem.stretches[w.stretch].samples.kind[w.samples]
+            total += float(np.sum(residual**2 * (self.problem.inflation[kind] ** 2)[:, None]))
+        return total / self.degrees_of_freedom
+
+
+def null_parameters(structure: Structure) -> FloatArray:
+    """Parameters (np,) with every effect at its null and every coefficient zero."""
+    return np.array([s.parameter.null if s.coefficient < 0 else 0.0 for s in structure.slots])
+
+
+def window_length(length: float) -> float:
+    """Length of the long windows for a vessel of this length: 30 s, more for ships whose response is slower."""
+    return LONG * max(1.0, min(np.sqrt(length / 7.0), 5.0))
+
+
+def fit_from_scratch(
+    structure: Structure,
+    stretches: tuple[Stretch, ...],
+    p: FloatArray | None = None,
+    *,
+    length: float | None = None,
+    rounds: int = 2,
+) -> Fitted:
+    """Fit a structure without a start of its own.
+
+    Parameters
+    ----------
+    structure : Structure
+    stretches : tuple of Stretch
+        To identify on.
+    p : (np,), optional
+        Values of the effects' parameters to begin with; the coefficients come from regression.
+    length : float, optional
+        Of the windows at the end, s; by default long ones.
+    rounds : int
+        How often the noise is calibrated anew.
+    """
+    p = null_parameters(structure) if p is None else p
+    p = start_by_regression(structure, p, stretches)
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    length = window_length(structure.vessel.length) if length is None else length
+    lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
+    problem = cut(stretches, lengths[0] if lengths else length)
+    for size in [*lengths, length]:
+        problem = cut(problem.stretches, size).inflated(problem.inflation)
+        solution = solve(problem, structure, p, first_states(problem), prior, budget=25, tolerance=1.0)
+        problem = calibrated(problem, solution)
+        p = solution.p
+    for _ in range(rounds):
+        solution = solve(problem, structure, solution.p, solution.first, prior, anchor=first_states(problem))
+        problem = calibrated(problem, solution)
+    solution = solve(problem, structure, solution.p, solution.first, prior, anchor=first_states(problem))
+    return Fitted(problem, prior, solution)
+
+
+def fit_declared(prepared: Prepared) -> Fitted:
+    """Fit the declared model alone."""
+    return fit_from_scratch(prepared.structure, prepared.identify)

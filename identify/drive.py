@@ -1,0 +1,212 @@
+"""What drives a stretch for given parameters: channels, coefficients, current, air and sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from identify.effect import SensorShift
+from identify.forces import THRUSTING, channels, thrust
+from identify.kernel import NM
+from identify.stretch import SUBSTEPS, Stretch, sampled
+from identify.structure import Structure
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+_CLOCKS = {"position": 5, "heading": 6, "yaw_rate": 7, "velocity": 8}
+
+#: Weights that give end less middle of the line with the same mean and first moment as the sub-steps.
+_WEIGHTS = np.full(SUBSTEPS, 1.0 / SUBSTEPS)
+_MOMENT = 6.0 * ((np.arange(SUBSTEPS) + 0.5) / SUBSTEPS - 0.5) / SUBSTEPS
+
+
+class Drive(NamedTuple):
+    """Everything that the compiled rollout and the measurement equation need, beside the initial state.
+
+    ``channels`` (n, nc) mean over each step and ``slopes`` (n, nc) of the straight line with the same first moment (end
+    less middle), ``fine`` (n·SUBSTEPS, nc), ``coefficients`` (p,), ``wind`` (n, 2), ``current`` (2,), ``sensor`` (9,);
+    ``factor`` (p,) is what effects on loading make of each coefficient in this log (already in ``coefficients``).
+    """
+
+    channels: FloatArray
+    slopes: FloatArray
+    fine: FloatArray
+    coefficients: FloatArray
+    wind: FloatArray
+    current: FloatArray
+    sensor: FloatArray
+    factor: FloatArray
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Derivatives of a drive along each general parameter (ng of them).
+
+    ``coefficients`` (ng, p), ``channels`` (n, nc + 2, ng) or (n, nc + 2, 0) where none moves, the last two for the
+    air relative to the water, ``slopes`` (n, nc, ng) likewise, ``current`` (2, ng), ``sensor`` (9, ng).
+    """
+
+    coefficients: FloatArray
+    channels: FloatArray
+    slopes: FloatArray
+    current: FloatArray
+    sensor: FloatArray
+
+
+def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Drive | None = None) -> Drive:
+    """Evaluate effects on inputs, water, air, loading and sensors for one stretch.
+
+    ``same_inputs`` is a drive whose actuators are known to be the same, so that they need not be made again.
+    """
+    values = [structure.values(p, e) for e in range(len(structure.actives))]
+    if same_inputs is None:
+        actuators = actuators_of(structure, p, values, stretch)
+        fine = channels(structure.table.channels, structure.inputs, actuators, stretch.steps * SUBSTEPS)
+        parts = fine.reshape(stretch.steps, SUBSTEPS, -1)
+        mean, slope = _WEIGHTS @ parts, _MOMENT @ parts
+    else:
+        mean, slope, fine = same_inputs[:3]
+    current, air = np.zeros(2), np.zeros(2)
+    for active, v in zip(structure.actives, values, strict=True):
+        if active.effect.current:
+            current = current + np.array(active.effect.current(v))
+        if active.effect.air:
+            air = air + np.array(active.effect.air(v))
+    factor = _loading(structure, values, stretch.name)
+    coefficients = factor * _coefficients(structure, p, values)
+    return Drive(mean, slope, fine, coefficients, stretch.wind + air, current, _sensor(structure, values), factor)
+
+
+def actuators_of(
+    structure: Structure, p: FloatArray, values: list[dict[str, float]], stretch: Stretch
+) -> dict[str, FloatArray]:
+    """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
+    dt = stretch.h / SUBSTEPS
+    edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1)
+    lead = sum(float(p[k]) for k, s in enumerate(structure.slots) if s.name == "input_lead" and s.effect < 0)
+    series = {
+        i.name: sampled(stretch.inputs[i.name], edges + lead - _delay(structure, values, i.name))
+        for i in structure.inputs
+    }
+    for active in structure.actives:
+        if active.effect.rewire:
+            series = active.effect.rewire(active.variant.options, series)
+    for active, v in zip(structure.actives, values, strict=True):
+        name = active.variant.input
+        if active.effect.actuator and name is not None:
+            series[name] = active.effect.actuator(v, series[name], dt, active.variant.options)
+    time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS) + 0.5)
+    for item in structure.inputs:
+        if item.kind in THRUSTING:
+            force = thrust(item, series[item.name])
+            for active, v in zip(structure.actives, values, strict=True):
+                if active.effect.gain and active.variant.input in (None, item.name):
+                    force = force * active.effect.gain(v, time)
+            series[f"thrust {item.name}"] = force
+    return series
+
+
+def _delay(structure: Structure, values: list[dict[str, float]], name: str) -> float:
+    return sum(
+        active.effect.input_delay(v)
+        for active, v in zip(structure.actives, values, strict=True)
+        if active.effect.input_delay and active.variant.input in (None, name)
+    )
+
+
+def _coefficients(structure: Structure, p: FloatArray, values: list[dict[str, float]]) -> FloatArray:
+    out = np.zeros(len(structure.table.terms))
+    for k, slot in enumerate(structure.slots):
+        if slot.coefficient >= 0:
+            out[slot.coefficient] = p[k]
+    k = len(structure.setting.terms)
+    for _, _, value in structure.model.fixed:
+        out[k] = value
+        k += 1
+    for active, v in zip(structure.actives, values, strict=True):
+        k += len(active.effect.terms(structure.setting, active.variant)) if active.effect.terms else 0
+        for _, value in active.effect.fixed_terms(v) if active.effect.fixed_terms else ():
+            out[k] = value
+            k += 1
+    return out
+
+
+def _loading(structure: Structure, values: list[dict[str, float]], log: str) -> FloatArray:
+    """Factor on each coefficient in this log, from effects on loading and depth."""
+    factor = np.ones(len(structure.table.terms))
+    for active, v in zip(structure.actives, values, strict=True):
+        if active.effect.loading is None or log not in active.variant.options["logs"]:  # type: ignore[operator]
+            continue
+        inertia, hull = active.effect.loading(v)
+        for k, term in enumerate(structure.table.terms):
+            if term.dof not in ("e1", "e2"):
+                factor[k] *= 1.0 if term.role == "inertial" else 1.0 / inertia
+                factor[k] *= hull if term.role == "hull" else 1.0
+    return factor
+
+
+def _sensor(structure: Structure, values: list[dict[str, float]]) -> FloatArray:
+    vessel = structure.vessel
+    out = np.zeros(NM)
+    out[2] = 1.0
+    out[3], out[4] = vessel.antenna
+    for active, v in zip(structure.actives, values, strict=True):
+        if active.effect.sensor:
+            _add(out, active.effect.sensor(v, active.variant.options))
+    return out
+
+
+def _add(out: FloatArray, shift: SensorShift) -> None:
+    out[0] += shift.heading_bias
+    out[1] += shift.gyro_bias
+    out[2] += shift.gyro_scale
+    out[3] += shift.antenna[0]
+    out[4] += shift.antenna[1]
+    for stream, offset in shift.clock.items():
+        out[_CLOCKS[stream]] += offset
+
+
+def directions(structure: Structure, p: FloatArray, stretch: Stretch) -> Directions:
+    """Derivatives of the drive along the general parameters, by central differences of the drive alone."""
+    general = structure.general
+    ng, nc = len(general), len(structure.table.channels)
+    coefficients = np.zeros((ng, len(structure.table.terms)))
+    current, sensor = np.zeros((2, ng)), np.zeros((NM, ng))
+    moving: dict[int, tuple[FloatArray, FloatArray]] = {}
+    here = drive(structure, p, stretch)
+    for g, k in enumerate(general):
+        same = None if _moves_inputs(structure, int(k)) else here
+        high, low = _moved(structure, p, int(k), 1.0), _moved(structure, p, int(k), -1.0)
+        width = high[k] - low[k]
+        up, down = drive(structure, high, stretch, same), drive(structure, low, stretch, same)
+        coefficients[g] = (up.coefficients - down.coefficients) / width
+        current[:, g] = (up.current - down.current) / width
+        sensor[:, g] = (up.sensor - down.sensor) / width
+        air = (up.wind - up.current - down.wind + down.current) / width
+        change = np.hstack([(up.channels - down.channels) / width, air])
+        if change.any():
+            moving[g] = change, (up.slopes - down.slopes) / width
+    by_channel = np.zeros((stretch.steps, nc + 2, ng if moving else 0))
+    by_slope = np.zeros((stretch.steps, nc, ng if moving else 0))
+    for g, (change, slope) in moving.items():
+        by_channel[:, :, g], by_slope[:, :, g] = change, slope
+    return Directions(coefficients, by_channel, by_slope, current, sensor)
+
+
+def _moves_inputs(structure: Structure, k: int) -> bool:
+    """Whether a parameter changes what the actuators do."""
+    slot = structure.slots[k]
+    if slot.effect < 0:
+        return True
+    effect = structure.actives[slot.effect].effect
+    return bool(effect.actuator or effect.gain or effect.input_delay or effect.rewire)
+
+
+def _moved(structure: Structure, p: FloatArray, k: int, sign: float) -> FloatArray:
+    """``p`` with one parameter moved by a small part of its scale, within its bounds."""
+    parameter = structure.slots[k].parameter
+    out = p.copy()
+    out[k] = np.clip(p[k] + sign * 0.02 * parameter.scale, *parameter.bounds)
+    return out

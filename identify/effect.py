@@ -1,0 +1,168 @@
+"""How an effect is declared: once, for regression, simulation, report and the search for what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from identify.term import Term
+from preprocess.vessel import Input, Vessel
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of an effect.
+
+    Attributes
+    ----------
+    name, unit : str
+        As in the report; SI.
+    scale : float
+        A typical size: the search's first step, and what "small" means.
+    bounds : (low, high)
+        Physically possible.
+    null : float
+        Value at which the effect is not there.
+    starts : tuple of float
+        Where a search begins, where the cost may have several valleys or no slope at ``null``; empty: at ``null``.
+    relative : bool
+        Scale and starts are in units of the amplitude of the input that the effect acts on.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+    null: float = 0.0
+    starts: tuple[float, ...] = ()
+    relative: bool = False
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What an effect may look at to say where it could act."""
+
+    vessel: Vessel
+    inputs: tuple[Input, ...]
+    terms: tuple[Term, ...]
+    logs: tuple[str, ...]
+    depths: tuple[float | None, ...] = ()
+    streams: tuple[str, ...] = ("position", "heading")
+    wind_logged: bool = False
+
+    def of_kind(self, *kinds: str) -> tuple[str, ...]:
+        """Names of the inputs of these kinds."""
+        return tuple(i.name for i in self.inputs if i.kind in kinds)
+
+    def lacks(self, dof: str, *texts: str) -> bool:
+        """True where the model has none of these terms in the equation of ``dof``."""
+        return not any(t.dof == dof and t.text in texts for t in self.terms)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way in which an effect could be there: on which input, with which options."""
+
+    input: str | None = None
+    options: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SensorShift:
+    """What a sensor effect does: logged = true + bias, and so on; times in s, offsets as stamp - true time."""
+
+    heading_bias: float = 0.0
+    gyro_bias: float = 0.0
+    gyro_scale: float = 0.0
+    antenna: tuple[float, float] = (0.0, 0.0)
+    clock: Mapping[str, float] = field(default_factory=dict)
+
+
+def everywhere(_: Setting) -> list[Variant]:
+    """One variant: the effect is not tied to an input."""
+    return [Variant()]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect: where it acts, its parameters, and what it does.
+
+    An effect says what it does through one or more of the following, each a pure function of its parameter values;
+    what it does not use stays None.
+
+    Attributes
+    ----------
+    name : str
+        As in reports.
+    place : str
+        ``water``, ``air``, ``hull``, ``actuator``, ``propulsion``, ``sensor``, ``clock`` or ``loading``.
+    equation, sentence, check, source : str
+        For the report and the documentation: the equation, what it is, what a person should check on the vessel,
+        and where it is described.
+    parameters : tuple of Parameter
+        Non-linear parameters, searched.
+    terms : callable
+        ``terms(setting, variant) -> {parameter name: Term}``: regressors that it adds, solved for.
+    fixed_terms : callable
+        ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
+    actuator : callable
+        ``actuator(values, series, dt, options) -> series``: from logged input to actuator, (n,) on a fine grid.
+    rewire : callable
+        ``rewire(options, {input: series}) -> {input: series}``: inputs exchanged or reversed.
+    gain : callable
+        ``gain(values, campaign time (n,)) -> factor (n,)`` on the thrust of the input (of all, where it has none).
+    current, air : callable
+        ``current(values) -> (north, east)`` velocity of the water, of the air, m/s.
+    sensor : callable
+        ``sensor(values, options) -> SensorShift``.
+    input_delay : callable
+        ``input_delay(values) -> s`` by which the actuator (all, where the variant has no input) follows the log.
+    loading : callable
+        ``loading(values) -> (inertia ratio, hull factor)`` in ``options["logs"]``.
+    variants : callable
+        ``variants(setting) -> [Variant, …]``; an empty list where the effect makes no sense.
+    report : callable
+        ``report(values) -> {name: value}`` where the parameters reported differ from those searched; their units are
+        in ``reported``.
+    """
+
+    name: str
+    place: str
+    equation: str
+    sentence: str
+    check: str
+    source: str
+    parameters: tuple[Parameter, ...] = ()
+    terms: Callable[[Setting, Variant], Mapping[str, Term]] | None = None
+    fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
+    actuator: Callable[[Values, FloatArray, float, Mapping[str, object]], FloatArray] | None = None
+    rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
+    gain: Callable[[Values, FloatArray], FloatArray] | None = None
+    current: Callable[[Values], tuple[float, float]] | None = None
+    air: Callable[[Values], tuple[float, float]] | None = None
+    sensor: Callable[[Values, Mapping[str, object]], SensorShift] | None = None
+    input_delay: Callable[[Values], float] | None = None
+    loading: Callable[[Values], tuple[float, float]] | None = None
+    variants: Callable[[Setting], list[Variant]] = everywhere
+    report: Callable[[Values], Mapping[str, float]] | None = None
+    reported: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Active:
+    """An effect that is in a structure, in one of its variants."""
+
+    effect: Effect
+    variant: Variant = field(default_factory=Variant)
+
+    @property
+    def label(self) -> str:
+        """Name that tells it from the other variants of the same effect."""
+        options = [str(v) for k, v in self.variant.options.items() if k in ("stream", "form", "swapped", "reversed", "logs")]
+        parts = [p for p in (self.variant.input, *options) if p]
+        return self.effect.name + (f" ({', '.join(parts)})" if parts else "")

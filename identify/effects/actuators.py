@@ -1,0 +1,122 @@
+"""Effects between the logged input and the actuator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+
+from identify.actuator_dynamics import deadband_neutral, first_order, play, rate_limited
+from identify.effect import Effect, FloatArray, Parameter, Setting, Values, Variant
+
+
+def _each(setting: Setting) -> list[Variant]:
+    return [Variant(i.name) for i in setting.inputs]
+
+
+ACTUATOR_LAG = Effect(
+    "actuator_lag", "actuator",
+    "T ȧ + a = input",
+    "The actuator follows its command like a first-order system.",
+    "Step the actuator and film it, or log its feedback.",
+    "Fossen 2011, sec. 12.3",
+    parameters=(Parameter("time_constant", "s", 0.1, (0.0, 20.0), starts=(0.2, 1.0)),),
+    actuator=lambda p, a, dt, _: first_order(a, dt, p["time_constant"]),
+    variants=_each,
+)  # fmt: skip
+
+ACTUATOR_DELAY = Effect(
+    "actuator_delay", "actuator",
+    "actuator(t) = input(t − delay)",
+    "The actuator does what it is told some time later.",
+    "Film a step beside the clock; look for queues and radio links between logger and actuator.",
+    "Fossen 2011, sec. 12.3",
+    parameters=(Parameter("delay", "s", 0.1, (0.0, 10.0), starts=(0.2, 0.8)),),
+    input_delay=lambda p: p["delay"],
+    variants=_each,
+)  # fmt: skip
+
+
+
+
+ACTUATOR_RATE_LIMIT = Effect(
+    "actuator_rate_limit", "actuator",
+    "|ȧ| ≤ rate",
+    "The actuator moves no faster than its motor can.",
+    "Time a hard-over to hard-over.",
+    "SOLAS II-1/29; Fossen 2011, sec. 12.3",
+    parameters=(Parameter("rate", "input's unit/s", 0.1, (1e-3, 1e4), null=1e4, starts=(0.25, 1.0), relative=True),),
+    actuator=lambda p, a, dt, _: rate_limited(a, dt, p["rate"]),
+    variants=_each,
+)  # fmt: skip
+
+
+def _deadband(p: Values, series: FloatArray, _: float, options: Mapping[str, object]) -> FloatArray:
+    if options["form"] == "play":
+        return play(series, p["width"])
+    return deadband_neutral(series, p["width"], options.get("shape") == "shifted")
+
+
+#: Backlash; no response near zero and as commanded outside; the same with what is lost near zero lost everywhere.
+_FORMS: tuple[dict[str, object], ...] = (
+    {"form": "play"},
+    {"form": "neutral"},
+    {"form": "neutral", "shape": "shifted"},
+)
+
+ACTUATOR_DEADBAND = Effect(
+    "actuator_deadband", "actuator",
+    "play: a follows within ± width; neutral: a = 0 for |input| ≤ width",
+    "Backlash in the linkage, or no response near zero.",
+    "Move the actuator by hand; small steps to both sides.",
+    "Fossen 2011, sec. 12.3",
+    parameters=(Parameter("width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True),),
+    actuator=_deadband,
+    variants=lambda s: [Variant(i.name, form) for i in s.inputs for form in _FORMS],
+)  # fmt: skip
+
+ACTUATOR_OFFSET = Effect(
+    "actuator_offset", "actuator",
+    "a = input + offset",
+    "The actuator's zero is not where the log has it.",
+    "Line the rudder or the thruster up by eye at zero command; trim of the controller.",
+    "Fossen 2011, sec. 12.3",
+    parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True),),
+    actuator=lambda p, a, _, __: a + p["offset"],
+    variants=_each,
+)  # fmt: skip
+
+
+def _rewire(options: Mapping[str, object], series: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    out = dict(series)
+    swapped = options.get("swapped")
+    if isinstance(swapped, tuple):
+        a, b = swapped
+        out[a], out[b] = series[b], series[a]
+    for name in options.get("reversed", ()):  # type: ignore[attr-defined]
+        out[name] = -out[name]
+    return out
+
+
+def _wirings(setting: Setting) -> list[Variant]:
+    """Swapped pairs of one kind, each input reversed (a rudder's sign is the log's own), and pairs reversed."""
+    movers = [i for i in setting.inputs if i.kind != "rudder"]
+    found = [Variant(options={"reversed": (i.name,)}) for i in movers]
+    for a, b in combinations(movers, 2):
+        if a.kind == b.kind:
+            found.append(Variant(options={"swapped": (a.name, b.name)}))
+            found.append(Variant(options={"reversed": (a.name, b.name)}))
+            found.append(Variant(options={"swapped": (a.name, b.name), "reversed": (a.name, b.name)}))
+    return found
+
+
+INPUT_WIRING = Effect(
+    "input_wiring", "actuator",
+    "inputs exchanged, or their sign reversed",
+    "Two inputs are in each other's place in the log, or one acts backwards.",
+    "Command one actuator at a time and look; the order of the channels in the autopilot's set-up.",
+    "field practice",
+    rewire=_rewire,
+    variants=_wirings,
+)  # fmt: skip
+

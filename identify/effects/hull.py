@@ -1,0 +1,94 @@
+"""Effects of the hull: what a model that is too simple leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from identify.effect import Effect, Parameter, Setting, Values, Variant
+from identify.term import Term
+
+
+def _missing(*wanted: tuple[str, Term, tuple[str, ...]]) -> Callable[[Setting, Variant], dict[str, Term]]:
+    """Those of the terms that the model lacks: (parameter, term, texts that are the same regressor)."""
+
+    def terms(setting: Setting, _: Variant) -> dict[str, Term]:
+        return {name: term for name, term, same in wanted if setting.lacks(term.dof, term.text, *same)}
+
+    return terms
+
+
+def _if_any(terms: Callable[[Setting, Variant], dict[str, Term]]) -> Callable[[Setting], list[Variant]]:
+    return lambda setting: [Variant()] if terms(setting, Variant()) else []
+
+
+_DAMPING = _missing(
+    ("u", Term("u", "u|u|"), ("|u|u",)), ("v", Term("v", "v|v|"), ("|v|v",)), ("r", Term("r", "r|r|"), ("|r|r",))
+)
+
+QUADRATIC_DAMPING = Effect(
+    "quadratic_damping", "hull",
+    "u̇ += X u|u|, v̇ += Y v|v|, ṙ += N r|r| (those that the model lacks)",
+    "Drag from separated flow grows with the square of the speed.",
+    "Runs at two or three speeds and zigzags of two or three amplitudes; pull-outs.",
+    "Fossen 2011, sec. 6.4",
+    terms=_DAMPING, variants=_if_any(_DAMPING),
+)  # fmt: skip
+
+
+def _turning(setting: Setting, _: Variant) -> dict[str, Term]:
+    rudder = bool(setting.of_kind("rudder"))
+    return _missing(
+        ("vr", Term("u", "vr", "inertial"), ()),
+        ("rr", Term("u", "r²"), ()),
+        *((("dd", Term("u", "δ²", "rudder"), ("δ²U²",)),) if rudder else ()),
+    )(setting, Variant())
+
+
+TURNING_RESISTANCE = Effect(
+    "turning_resistance", "hull",
+    "u̇ += X_vr vr + X_rr r² + X_dd δ² (those that the model lacks)",
+    "A vessel loses speed in a turn: Coriolis force of the drift, and the drag of hull and rudder.",
+    "Turning circles at several rudder angles with the speed logged.",
+    "Moreno-Salinas et al. 2013, eq. 7",
+    terms=_turning, variants=_if_any(_turning),
+)  # fmt: skip
+
+_ASYMMETRY = _missing(("sway", Term("v", "1", "bias"), ()), ("yaw", Term("r", "1", "bias"), ()))
+
+PORT_STARBOARD_ASYMMETRY = Effect(
+    "port_starboard_asymmetry", "hull",
+    "v̇ += Y_0, ṙ += N_0 (those that the model lacks)",
+    "A constant side force or yawing moment: a bent skeg, an uneven load, a list.",
+    "Trim and list, skegs and fouling; the same manoeuvre to both sides.",
+    "Moreno-Salinas et al. 2013, sec. 5",
+    terms=_ASYMMETRY, variants=_if_any(_ASYMMETRY),
+)  # fmt: skip
+
+
+def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
+    omega = p["frequency"]
+    return (
+        (Term("e1", "e2"), 1.0),
+        (Term("e2", "e1"), -omega * omega),
+        (Term("e2", "e2"), -2.0 * p["damping"] * omega),
+        (Term("e2", "ur"), 1.0),
+        (Term("v", "e1"), p["sway"]),
+        (Term("r", "e1"), p["yaw"]),
+    )
+
+
+ROLL_COUPLING = Effect(
+    "roll_coupling", "hull",
+    "φ̈ + 2ζω φ̇ + ω² φ = ur; v̇ += Y_φ φ, ṙ += N_φ φ",
+    "The vessel heels in turns, and the heel acts back on sway and yaw.",
+    "Log roll; metacentric height; tight turns at speed.",
+    "Fossen 2011, sec. 6.6; Blanke and Christensen 1993",
+    parameters=(
+        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=(1.0, 2.2, 5.0)),
+        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.15, 0.15, 0.15)),
+        Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
+        Parameter("yaw", "1/m/s²", 0.1, (-50.0, 50.0)),
+    ),
+    fixed_terms=_roll,
+    variants=lambda s: [Variant()] if not any(t.dof in ("e1", "e2") for t in s.terms) else [],
+)  # fmt: skip

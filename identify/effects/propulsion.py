@@ -1,0 +1,73 @@
+"""Effects of propellers and thrusters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.effect import Effect, Parameter, Setting, Variant
+from identify.term import Term
+
+THRUSTERS = ("propeller", "thruster", "tunnel")
+
+
+def _one_of_several(setting: Setting) -> list[Variant]:
+    """Each thruster of a kind that has several; of a pair the second says nothing that the first does not."""
+    found: list[Variant] = []
+    for kind in THRUSTERS:
+        names = setting.of_kind(kind)
+        if len(names) > 1:
+            found += [Variant(name) for name in (names[:1] if len(names) == 2 else names)]
+    return found
+
+
+THRUST_ASYMMETRY = Effect(
+    "thrust_asymmetry", "propulsion",
+    "thrust of the input × ratio",
+    "One thruster gives less than its sisters: a fouled or damaged propeller, a weak motor, another pitch.",
+    "Propellers (weed, chips, hand), motor current at the same command, bollard pull of each alone.",
+    "Fossen 2011, sec. 9.3",
+    parameters=(Parameter("ratio", "1", 0.1, (0.02, 20.0), null=1.0),),
+    gain=lambda p, t: np.full(t.shape, p["ratio"]),
+    variants=_one_of_several,
+)  # fmt: skip
+
+
+def _walk(setting: Setting, variant: Variant) -> dict[str, Term]:
+    return {"sway": Term("v", f"P:{variant.input}", "thrust"), "yaw": Term("r", f"P:{variant.input}", "thrust")}
+
+
+PROPELLER_WALK = Effect(
+    "propeller_walk", "propulsion",
+    "v̇ += Y n|n|, ṙ += N n|n|",
+    "A propeller pushes the stern sideways, the more the harder it turns.",
+    "Straight runs at several rates of revolution with the rudder at zero; going astern.",
+    "Yasukawa and Yoshimura 2015, sec. 2.4; Carlton 2012, ch. 11",
+    terms=_walk,
+    variants=lambda s: [Variant(name) for name in s.of_kind("propeller")],
+)  # fmt: skip
+
+THRUST_FADE = Effect(
+    "thrust_fade", "propulsion",
+    "thrust × (1 − rate · campaign time)",
+    "Thrust falls in the course of the day: the battery's voltage sags, the motors warm up.",
+    "Battery voltage against time; repeat the first run at the end of the day.",
+    "measured on electric vessels without speed control",
+    parameters=(Parameter("rate", "1/s", 1e-4, (-0.01, 0.01)),),
+    gain=lambda p, t: np.maximum(1.0 - p["rate"] * t, 0.05),
+    variants=lambda s: [Variant()] if s.of_kind(*THRUSTERS) else [],
+)  # fmt: skip
+
+
+def _loss(_: Setting, __: Variant) -> dict[str, Term]:
+    return {"coefficient": Term("u", "−|n|u", "thrust")}
+
+
+THRUST_LOSS_WITH_SPEED = Effect(
+    "thrust_loss_with_speed", "propulsion",
+    "u̇ −= c |n| u",
+    "A propeller gives less thrust the faster the water comes to it.",
+    "Runs at one speed with two loads (towing, wind), or acceleration from rest at full power.",
+    "Fossen 2011, eq. 9.7; Yasukawa and Yoshimura 2015, eq. 22",
+    terms=_loss,
+    variants=lambda s: [Variant()] if s.of_kind("propeller", "thruster") and s.lacks("u", "|n|u") else [],
+)  # fmt: skip

@@ -1,0 +1,90 @@
+"""Effects of sensors, clocks and loading."""
+
+from __future__ import annotations
+
+import math
+
+from identify.effect import Effect, Parameter, SensorShift, Setting, Variant
+
+HEADING_BIAS = Effect(
+    "heading_bias", "sensor",
+    "logged ψ = ψ + bias",
+    "The compass, or the two antennas, are not in line with the keel.",
+    "Align along a quay of known bearing; run reciprocal courses.",
+    "IMO MSC/Circ.1053; field practice",
+    parameters=(Parameter("bias", "rad", 0.02, (-math.pi, math.pi)),),
+    sensor=lambda p, _: SensorShift(heading_bias=p["bias"]),
+)  # fmt: skip
+
+GYRO_BIAS = Effect(
+    "gyro_bias", "sensor",
+    "logged r = scale · r + bias",
+    "The rate gyro has a bias or a scale error.",
+    "Log at rest for a minute; turn by a known angle.",
+    "Groves 2013, sec. 4.4",
+    parameters=(
+        Parameter("bias", "rad/s", 0.005, (-1.0, 1.0)),
+        Parameter("scale", "1", 0.02, (0.2, 5.0), null=1.0),
+    ),
+    sensor=lambda p, _: SensorShift(gyro_bias=p["bias"], gyro_scale=p["scale"] - 1.0),
+    variants=lambda s: [Variant()] if "yaw_rate" in s.streams else [],
+)  # fmt: skip
+
+ANTENNA_OFFSET = Effect(
+    "antenna_offset", "sensor",
+    "logged position = position of the origin + R(ψ) (antenna + (x, y))",
+    "The antenna is not where the campaign says it is.",
+    "Measure the antenna from the origin, forward and to starboard.",
+    "Groves 2013, sec. 3.4",
+    parameters=(Parameter("x", "m", 0.1, (-200.0, 200.0)), Parameter("y", "m", 0.1, (-200.0, 200.0))),
+    sensor=lambda p, _: SensorShift(antenna=(p["x"], p["y"])),
+)  # fmt: skip
+
+
+def _sensor_streams(setting: Setting) -> list[Variant]:
+    return [Variant(options={"stream": s}) for s in ("position", "heading", "yaw_rate") if s in setting.streams]
+
+
+CLOCK_OFFSET = Effect(
+    "clock_offset", "clock",
+    "stamp = true time + offset, for one stream",
+    "One sensor's stamps are late or early: another clock, a filter's delay, a queue.",
+    "Look up the sensor's latency; log a common event; use the receiver's own time.",
+    "Groves 2013, sec. 14.4",
+    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0)),),
+    sensor=lambda p, o: SensorShift(clock={str(o["stream"]): p["offset"]}),
+    variants=_sensor_streams,
+)  # fmt: skip
+
+CLOCK_OFFSET_INPUTS = Effect(
+    "clock_offset", "clock",
+    "stamp = true time + offset, for all inputs",
+    "The inputs' stamps are late or early against the sensors'.",
+    "Log a common event; look at the logger's queue.",
+    "Groves 2013, sec. 14.4",
+    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0), starts=(0.25, -0.25)),),
+    input_delay=lambda p: -p["offset"],
+    variants=lambda s: [Variant(options={"stream": "inputs"})] if s.inputs else [],
+)  # fmt: skip
+
+
+def _other_load(setting: Setting) -> list[Variant]:
+    """One log against the others, and the later logs against the earlier ones."""
+    logs = setting.logs
+    if len(logs) < 2:
+        return []
+    single = [(name,) for name in logs]
+    later = [logs[k:] for k in range(1, len(logs) - 1)] if len(logs) > 2 else []
+    return [Variant(options={"logs": group}) for group in dict.fromkeys([*single, *later])]
+
+
+MASS_CHANGE = Effect(
+    "mass_change", "loading",
+    "u̇, v̇, ṙ (less Coriolis terms) × 1/ratio in the logs named",
+    "The vessel was heavier or lighter in some of the logs.",
+    "Load, fuel, flooding; draught marks before each run.",
+    "Fossen 2011, sec. 3.3",
+    parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
+    loading=lambda p: (p["ratio"], 1.0),
+    variants=_other_load,
+)  # fmt: skip

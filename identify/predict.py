@@ -1,0 +1,87 @@
+"""Free-running prediction of what the sensors show, from the first state and the logged inputs alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify import kernel
+from identify.drive import Drive, drive
+from identify.regression import over_ground, through_water
+from identify.stretch import Stretch
+from identify.structure import Structure
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def true_first_state(structure: Structure, d: Drive, shown: FloatArray) -> FloatArray:
+    """First state (8,) of the vessel from what the sensors show (6,): x, y, psi, u, v, r over ground."""
+    x, y, psi, u, v, r = shown
+    bias = d.sensor[0]
+    c, s = np.cos(bias), np.sin(bias)
+    u, v = u * c - v * s, u * s + v * c
+    psi = psi - bias
+    r = (r - d.sensor[1]) / d.sensor[2] if "yaw_rate" in structure.setting.streams else r
+    dx, dy = _antenna_shift(structure, d, np.array([psi]), np.array([psi + bias]))
+    state = np.zeros((1, 6))
+    state[0] = x - dx[0], y - dy[0], psi, u, v, r
+    out = np.zeros(kernel.NX)
+    out[:6] = through_water(state, d.current)[0]
+    return out
+
+
+def _antenna_shift(
+    structure: Structure, d: Drive, psi: FloatArray, psi_shown: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """How far the origin seems from where it is: true arm at the true heading, declared arm at the shown one."""
+    ax, ay = d.sensor[3], d.sensor[4]
+    bx, by = structure.vessel.antenna
+    c, s, cb, sb = np.cos(psi), np.sin(psi), np.cos(psi_shown), np.sin(psi_shown)
+    return c * ax - s * ay - (cb * bx - sb * by), s * ax + c * ay - (sb * bx + cb * by)
+
+
+def run(structure: Structure, d: Drive, stretch: Stretch, first: FloatArray, begin: int = 0, steps: int | None = None) -> FloatArray:
+    """States (steps + 1, 8) of the vessel from ``first`` (8,) at grid point ``begin``; NaN after running away."""
+    steps = stretch.steps - begin if steps is None else steps
+    part = slice(begin, begin + steps)
+    table = structure.table
+    states, rates = np.empty((steps + 1, kernel.NX)), np.empty((steps + 1, kernel.NX))
+    kernel.rollout(
+        first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
+        structure.u0, table.equation, table.which, table.product, d.coefficients, states, rates,
+    )  # fmt: skip
+    return states
+
+
+def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) -> FloatArray:
+    """What the sensors show (n, 6) of the vessel's states (n, 8): sensor and clock effects put on."""
+    out = over_ground(states[:, :6], d.current)
+    psi, bias = states[:, 2], d.sensor[0]
+    psi_shown = psi + bias
+    dx, dy = _antenna_shift(structure, d, psi, psi_shown)
+    c, s = np.cos(bias), np.sin(bias)
+    u, v = out[:, 3].copy(), out[:, 4].copy()
+    arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
+    u, v = u - out[:, 5] * arm_y, v + out[:, 5] * arm_x
+    out[:, 0] += dx
+    out[:, 1] += dy
+    out[:, 2] = psi_shown
+    out[:, 3], out[:, 4] = u * c + v * s, -u * s + v * c
+    if "yaw_rate" in structure.setting.streams:
+        out[:, 5] = d.sensor[2] * out[:, 5] + d.sensor[1]
+    return _late(out, stretch.h, d.sensor)
+
+
+def _late(out: FloatArray, h: float, sensor: FloatArray) -> FloatArray:
+    """Shift columns by their stream's clock offset."""
+    clocks = (sensor[5], sensor[5], sensor[6], sensor[5], sensor[5], sensor[7])
+    if not any(clocks):
+        return out
+    t = h * np.arange(len(out))
+    return np.column_stack([np.interp(t - c, t, column) for c, column in zip(clocks, out.T, strict=True)])
+
+
+def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
+    """Prediction (steps + 1, 6) of a whole stretch from its first smoothed state."""
+    d = drive(structure, p, stretch)
+    first = true_first_state(structure, d, stretch.states[0])
+    return shown(structure, d, stretch, run(structure, d, stretch, first))

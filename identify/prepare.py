@@ -1,0 +1,104 @@
+"""From trials to what the estimators work on: stretches, pooled noise levels, and the declared structure."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.stretch import FAST, STREAMS, Stretch, step_for, stretches_of
+from identify.structure import Structure, structure_for
+from ingest.errors import NotIdentifiable
+from preprocess.trial import Trial
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Stretches to identify on and to validate on, the declared structure, and notes for the report."""
+
+    structure: Structure
+    identify: tuple[Stretch, ...]
+    validate: tuple[Stretch, ...]
+    notes: tuple[str, ...]
+    digest: str
+
+
+def prepare(trials: Sequence[Trial], model: str) -> Prepared:
+    """Pool noise levels over the logs, cut trials into stretches, and declare the model for this vessel.
+
+    Raises
+    ------
+    NotIdentifiable
+        Where no trial has the role identify or none is long enough.
+    """
+    trials = with_pooled_noise(trials)
+    used = [t for t in trials if t.role == "identify"]
+    h = step_for(trials[0].vessel.length) if trials else 0.1
+    identify = tuple(s for t in used for s in stretches_of(t, h))
+    if not identify:
+        raise NotIdentifiable("no log to identify on has an unbroken stretch of five seconds with position and heading.")
+    structure, notes = _declare(model, trials, used, identify)
+    validate = tuple(s for t in trials if t.role == "validate" for s in stretches_of(t, h))
+    return Prepared(structure, identify, validate, notes, _digest(used))
+
+
+def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
+    """The same sensor has the same noise in every log: the median over the logs."""
+    pooled = {
+        s: float(np.median([t.measurements[s].sigma for t in trials if s in t.measurements]))
+        for s in STREAMS
+        if any(s in t.measurements for t in trials)
+    }
+    return [
+        replace(t, measurements={k: replace(m, sigma=pooled.get(k, m.sigma)) for k, m in t.measurements.items()})
+        for t in trials
+    ]
+
+
+def _declare(
+    model: str, trials: Sequence[Trial], used: Sequence[Trial], stretches: Sequence[Stretch]
+) -> tuple[Structure, tuple[str, ...]]:
+    first = used[0]
+    speeds = np.concatenate([s.states[:, 3] for s in stretches])
+    return structure_for(
+        model,
+        first.vessel,
+        first.inputs_declared,
+        logs=tuple(dict.fromkeys(t.name for t in trials)),
+        streams=tuple(s for s in STREAMS if s in first.measurements),
+        depths=tuple({t.name: t.depth for t in trials}.values()),
+        wind_logged="wind" in first.measurements,
+        u0=float(np.quantile(speeds, 0.9)),
+        amplitudes=_amplitudes(used),
+        input_lead=_input_lead(used),
+    )
+
+
+def _amplitudes(trials: Sequence[Trial]) -> dict[str, float]:
+    """Half the range of every input, over all logs."""
+    out = {}
+    for item in trials[0].inputs_declared:
+        values = np.concatenate([t.inputs[item.name].value[t.inputs[item.name].good] for t in trials])
+        out[item.name] = float(np.ptp(values)) / 2 or float(np.abs(values).max(initial=1.0)) or 1.0
+    return out
+
+
+def _input_lead(trials: Sequence[Trial]) -> tuple[float, float] | None:
+    """How far actuators may be ahead of an input that is logged only every so often: uniform over one interval."""
+    intervals = [m.sample_time for t in trials for m in t.inputs.values() if m.sample_time <= FAST or m.held]
+    longest = max(intervals, default=0.0)
+    return (0.5 * longest, longest / np.sqrt(12.0)) if longest > 0.015 else None
+
+
+def _digest(trials: Sequence[Trial]) -> str:
+    sha = hashlib.sha256()
+    for trial in trials:
+        sha.update(trial.name.encode())
+        for m in (*trial.measurements.values(), *trial.inputs.values()):
+            sha.update(np.ascontiguousarray(m.t).tobytes())
+            sha.update(np.ascontiguousarray(m.value).tobytes())
+    return sha.hexdigest()

@@ -1,0 +1,113 @@
+"""The regression form of a structure: regressors and targets from smoothed states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.drive import drive
+from identify.stretch import Stretch
+from identify.structure import Structure
+from identify.term import FACTORS, factors_of
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def through_water(states: FloatArray, current: FloatArray) -> FloatArray:
+    """States (n, 6) over ground to states with u, v through the water."""
+    out = states.copy()
+    c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+    out[:, 3] -= current[0] * c + current[1] * s
+    out[:, 4] -= -current[0] * s + current[1] * c
+    return out
+
+
+def over_ground(states: FloatArray, current: FloatArray) -> FloatArray:
+    """States with u, v through the water to states (n, 6) over ground."""
+    return through_water(states, -current)
+
+
+def factor_values(states: FloatArray, wind: FloatArray, current: FloatArray, u0: float) -> dict[str, FloatArray]:
+    """Value (n,) of every factor of the library along states (n, 6) through the water."""
+    psi, u, v, r = states[:, 2], states[:, 3], states[:, 4], states[:, 5]
+    speed = np.hypot(u, v)
+    c, s = np.cos(psi), np.sin(psi)
+    wn, we = wind[:, 0] - current[0], wind[:, 1] - current[1]
+    wx, wy = wn * c + we * s - u, -wn * s + we * c - v
+    air = np.hypot(wx, wy)
+    zero = np.zeros_like(u)
+    values = (
+        np.ones_like(u), u, v, r, np.abs(u), np.abs(v), np.abs(r), speed, u - u0, 1.0 / np.maximum(speed, 1e-3),
+        zero, zero, air * wx, air * wy,
+    )  # fmt: skip
+    return dict(zip(FACTORS, values, strict=True))
+
+
+def regressors(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
+    """Regressor (n, terms) of every term at the middle of each step of a stretch."""
+    d = drive(structure, p, stretch)
+    middle = 0.5 * (stretch.states[1:] + stretch.states[:-1])
+    values = factor_values(through_water(middle, d.current), d.wind, d.current, structure.u0)
+    values |= {name: d.channels[:, k] for k, name in enumerate(structure.table.channels)}
+    out = np.empty((stretch.steps, len(structure.table.terms)))
+    for k, term in enumerate(structure.table.terms):
+        out[:, k] = np.prod([values[f] for f in factors_of(term.text)], axis=0)
+    return out
+
+
+def accelerations(stretch: Stretch, window: int = 5) -> FloatArray:
+    """Rates (n, 3) of u, v, r at the middle of each step, over ``window`` steps either way (a least-squares slope)."""
+    x = stretch.states[:, 3:6]
+    m = min(window, max(1, len(x) // 4))
+    k = np.arange(-m, m + 1)
+    weights = k / (stretch.h * np.sum(k * k))
+    slope = np.column_stack([np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in x.T])
+    return 0.5 * (slope[1:] + slope[:-1])
+
+
+def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
+    """Natural size of each coefficient: rms acceleration of its equation over rms of its regressor, (terms,)."""
+    square, target, n = np.zeros(len(structure.table.terms)), np.zeros(3), 0
+    for stretch in stretches:
+        square += np.sum(regressors(structure, p, stretch) ** 2, axis=0)
+        target += np.sum(accelerations(stretch) ** 2, axis=0)
+        n += stretch.steps
+    rms = np.sqrt(np.append(target, [n, n]) / max(n, 1))
+    return np.asarray(rms[structure.table.equation_of] / np.sqrt(square / max(n, 1) + 1e-24), dtype=float)
+
+
+def start_by_regression(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], ridge: float = 1e-4) -> FloatArray:
+    """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``."""
+    design = np.vstack([regressors(structure, p, s) for s in stretches])
+    target = np.vstack([accelerations(s) for s in stretches])
+    out = p.copy()
+    for equation in range(3):
+        slots = [
+            k for k, s in enumerate(structure.slots)
+            if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
+        ]  # fmt: skip
+        if slots:
+            columns = [structure.slots[k].coefficient for k in slots]
+            out[slots] = _bounded_ridge(design[:, columns], target[:, equation], [structure.slots[k].parameter.bounds for k in slots], ridge)
+    return out
+
+
+def _bounded_ridge(
+    design: FloatArray, target: FloatArray, bounds: list[tuple[float, float]], ridge: float
+) -> FloatArray:
+    """Ridge on scaled columns; columns that end beyond a bound are held there."""
+    scale = np.sqrt(np.mean(design**2, axis=0)) + 1e-12
+    x = design / scale
+    gram = x.T @ x + ridge * len(x) * np.eye(x.shape[1])
+    moment = x.T @ target
+    free = np.ones(len(scale), dtype=bool)
+    theta = np.zeros(len(scale))
+    for _ in range(len(scale) + 1):
+        theta[free] = np.linalg.solve(gram[np.ix_(free, free)], moment[free])
+        wrong = np.array([not low <= t / s <= high for t, s, (low, high) in zip(theta, scale, bounds, strict=True)])
+        if not (wrong & free).any():
+            break
+        free &= ~wrong
+        theta[~free] = 0.0
+    return np.asarray(theta / scale, dtype=float)

@@ -1,0 +1,155 @@
+"""One unbroken stretch of a trial, as arrays that the compiled rollout takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
+from preprocess.trial import Measurement, Trial
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Streams in the order of their kind in the compiled code.
+STREAMS = ("position", "heading", "yaw_rate", "velocity")
+KIND = {"position": POSITION, "heading": HEADING, "yaw_rate": YAW_RATE, "velocity": VELOCITY}
+
+#: Sub-steps per step on which actuators are computed.
+SUBSTEPS = 8
+
+
+@dataclass(frozen=True)
+class Samples:
+    """All sensor samples of a stretch in one set of columns, in time order.
+
+    ``t`` (m,) s; ``kind`` (m,); ``value`` (m, 2), second column 0 for scalars; ``sigma`` (m,) as the sensor's noise.
+    """
+
+    t: FloatArray
+    kind: IntArray
+    value: FloatArray
+    sigma: FloatArray
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """An unbroken stretch on an even grid.
+
+    Attributes
+    ----------
+    name : str
+        The log.
+    role : str
+        ``identify`` or ``validate``.
+    start : float
+        Time of the first grid point on the log's clock, s.
+    campaign_time : float
+        Campaign time of the first grid point, s.
+    h : float
+        Step, s.
+    steps : int
+        Number of steps.
+    inputs : mapping of str to Measurement
+        As logged.
+    states : (steps + 1, 6)
+        Smoothed x, y, psi, u, v, r (over ground) on the grid.
+    wind : (steps, 2)
+        Velocity of the air, north and east; zeros where not logged.
+    samples : Samples
+        The sensors' good samples within the stretch.
+    """
+
+    name: str
+    role: str
+    start: float
+    campaign_time: float
+    h: float
+    steps: int
+    inputs: Mapping[str, Measurement]
+    states: FloatArray
+    wind: FloatArray
+    samples: Samples
+
+    @property
+    def grid(self) -> FloatArray:
+        """(steps + 1,) times on the log's clock, s."""
+        return self.start + self.h * np.arange(self.steps + 1)
+
+
+def step_for(length: float) -> float:
+    """Integration step in s for a vessel of this length: 0.1 s up to 5 m, longer with the root of the length."""
+    return 0.1 * max(1.0, min(np.sqrt(length / 5.0), 5.0))
+
+
+def stretches_of(trial: Trial, h: float, least: float = 5.0) -> list[Stretch]:
+    """Cut a trial into stretches; those shorter than ``least`` seconds are left out."""
+    found = [_stretch(trial, a, b, h) for a, b in trial.segments if b - a >= least]
+    return [s for s in found if s is not None]
+
+
+def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None:
+    states = trial.states
+    t = states["t"].to_numpy(dtype=float)
+    values = states[["x", "y", "psi", "u", "v", "r"]].to_numpy(dtype=float)
+    known = np.isfinite(values).all(axis=1) & (t >= begin) & (t <= end)
+    if known.sum() < 10:
+        return None
+    t, values = t[known], values[known]
+    steps = int((t[-1] - t[0]) / h)
+    grid = t[0] + h * np.arange(steps + 1)
+    on_grid = np.column_stack([np.interp(grid, t, column) for column in values.T])
+    return Stretch(
+        trial.name, trial.role, float(t[0]), trial.start + float(t[0]), h, steps, trial.inputs, on_grid,
+        _wind(trial, grid), _samples(trial, grid[0], grid[-1]),
+    )  # fmt: skip
+
+
+def _wind(trial: Trial, grid: FloatArray) -> FloatArray:
+    wind = trial.measurements.get("wind")
+    if wind is None:
+        return np.zeros((len(grid) - 1, 2))
+    middle = 0.5 * (grid[1:] + grid[:-1])
+    good = wind.good
+    return np.column_stack([np.interp(middle, wind.t[good], wind.value[good, k]) for k in range(2)])
+
+
+def _samples(trial: Trial, begin: float, end: float) -> Samples:
+    parts = [_of_stream(trial.measurements[s], KIND[s], begin, end) for s in STREAMS if s in trial.measurements]
+    columns = [np.concatenate(c) for c in zip(*parts, strict=True)]
+    order = np.argsort(columns[0], kind="stable")
+    t, kind, value, sigma = (c[order] for c in columns)
+    return Samples(t, kind.astype(np.int64), value, sigma)
+
+
+def _of_stream(
+    m: Measurement, kind: int, begin: float, end: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    keep = m.good & (m.t >= begin) & (m.t <= end)
+    value = np.zeros((int(keep.sum()), 2))
+    value[:, : 2 if m.value.ndim == 2 else 1] = m.value[keep].reshape(len(value), -1)
+    keep_finite = np.isfinite(value).all(axis=1)
+    value = value[keep_finite]
+    n = len(value)
+    return m.t[keep][keep_finite], np.full(n, float(kind)), value, np.full(n, max(m.sigma, 1e-9))
+
+
+#: An input logged at least this often, s, is taken as steps that hold, whatever it looks like: a signal that varies
+#: continuously then seems half an interval late, which the lead of the inputs takes up.
+FAST = 0.25
+
+
+def sampled(m: Measurement, edges: FloatArray) -> FloatArray:
+    """Mean of an input over each interval between ``edges`` (n+1,): steps that hold, or straight lines between."""
+    t, value = m.t[m.good], m.value[m.good]
+    if len(t) == 0:
+        return np.zeros(len(edges) - 1)
+    if not m.held and m.sample_time > FAST:
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        return np.asarray(np.interp(middle, t, value), dtype=float)
+    integral = np.concatenate([[0.0], np.cumsum(value[:-1] * np.diff(t))])
+    before, after = np.minimum(edges - t[0], 0.0) * value[0], np.maximum(edges - t[-1], 0.0) * value[-1]
+    total = np.interp(edges, t, integral) + before + after
+    return np.asarray(np.diff(total) / np.diff(edges), dtype=float)

@@ -1,0 +1,177 @@
+"""A model with the effects that are in it, as a table for the compiled code and a layout of its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from identify.effect import Active, Parameter, Setting
+from identify.forces import channel_names
+from identify.models import MODEL_BY_NAME, Model, terms_for
+from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
+from preprocess.vessel import Input, Vessel
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+_EQUATION = {"u": 0, "v": 1, "r": 2, "e1": 3, "e2": 4}
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One place in the vector of parameters.
+
+    ``coefficient`` is the index of the coefficient that it is (a linear parameter), or -1; ``effect`` the index of
+    the active effect that it belongs to, or -1 for the model itself; ``prior`` (mean, standard deviation), where
+    something is known beforehand.
+    """
+
+    name: str
+    effect: int
+    parameter: Parameter
+    coefficient: int = -1
+    term: Term | None = None
+    prior: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """The sum of products that the compiled code evaluates; one coefficient per term."""
+
+    terms: tuple[Term, ...]
+    equation: IntArray
+    which: IntArray
+    product: IntArray
+    channels: tuple[str, ...]
+
+    @cached_property
+    def equation_of(self) -> IntArray:
+        """Equation that each coefficient belongs to."""
+        return np.array([_EQUATION[t.dof] for t in self.terms], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Model, effects and what they act on.
+
+    ``input_lead`` is the prior (mean, standard deviation) in s of how far the actuators may be ahead of the logged
+    inputs because an input is only logged now and then; None where that is negligible.
+    """
+
+    model: Model
+    vessel: Vessel
+    inputs: tuple[Input, ...]
+    setting: Setting
+    u0: float
+    actives: tuple[Active, ...] = ()
+    amplitudes: dict[str, float] = field(default_factory=dict)
+    input_lead: tuple[float, float] | None = None
+
+    def with_effect(self, active: Active) -> Structure:
+        """The same with one more effect."""
+        return replace(self, actives=(*self.actives, active))
+
+    def without(self, index: int) -> Structure:
+        """The same without the effect at ``index``."""
+        return replace(self, actives=tuple(a for k, a in enumerate(self.actives) if k != index))
+
+    @property
+    def has_following_states(self) -> bool:
+        """Whether an effect brings states of its own, which follow the motion."""
+        return any(a.effect.fixed_terms for a in self.actives)
+
+    @cached_property
+    def table(self) -> Table:
+        """Terms of the model, then of each effect (free ones, then those with given coefficients)."""
+        names = channel_names(self.inputs)
+        index = {f: k for k, f in enumerate((*FACTORS, *names))}
+        product = np.zeros((len(self._terms), MOST_FACTORS), dtype=np.int64)
+        for row, term in zip(product, self._terms, strict=True):
+            places = [index[f] for f in factors_of(term.text) if f != "1"]
+            row[: len(places)] = places
+        equation = np.array([_EQUATION[t.dof] for t in self._terms], dtype=np.int64)
+        return Table(self._terms, equation, np.arange(len(self._terms)), product, names)
+
+    @cached_property
+    def _free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
+        """Per active effect: its free terms with their parameters' names."""
+        return tuple(
+            tuple(a.effect.terms(self.setting, a.variant).items()) if a.effect.terms else () for a in self.actives
+        )
+
+    @cached_property
+    def _terms(self) -> tuple[Term, ...]:
+        terms = [*self.setting.terms, *(Term(dof, text) for dof, text, _ in self.model.fixed)]
+        for active, free in zip(self.actives, self._free_terms, strict=True):
+            terms += [t for _, t in free]
+            if active.effect.fixed_terms:
+                terms += [t for t, _ in active.effect.fixed_terms(nulls(active))]
+        return tuple(terms)
+
+    @cached_property
+    def slots(self) -> tuple[Slot, ...]:
+        """Layout of the parameter vector."""
+        slots = [
+            Slot(t.name, -1, Parameter(t.name, "", 1.0, (0.0, np.inf) if t.positive else (-np.inf, np.inf)), k, t)
+            for k, t in enumerate(self.setting.terms)
+        ]
+        k = len(slots) + len(self.model.fixed)
+        for e, (active, free) in enumerate(zip(self.actives, self._free_terms, strict=True)):
+            slots += [Slot(n, e, Parameter(n, "", 1.0), k + j, t) for j, (n, t) in enumerate(free)]
+            k += len(free)
+            slots += [Slot(p.name, e, scaled(p, active, self.amplitudes)) for p in active.effect.parameters]
+            if active.effect.fixed_terms:
+                k += len(active.effect.fixed_terms(nulls(active)))
+        if self.input_lead is not None:
+            mean, sd = self.input_lead
+            slots.append(Slot("input_lead", -1, Parameter("input_lead", "s", sd, null=mean), prior=(mean, sd)))
+        return tuple(slots)
+
+    def values(self, p: FloatArray, effect: int) -> dict[str, float]:
+        """Named parameter values of one active effect."""
+        return {s.name: float(p[k]) for k, s in enumerate(self.slots) if s.effect == effect}
+
+    @cached_property
+    def general(self) -> IntArray:
+        """Indices of the parameters that are not plain coefficients."""
+        return np.array([k for k, s in enumerate(self.slots) if s.coefficient < 0], dtype=np.int64)
+
+    @cached_property
+    def simple(self) -> IntArray:
+        """Indices of the parameters that are plain coefficients."""
+        return np.array([k for k, s in enumerate(self.slots) if s.coefficient >= 0], dtype=np.int64)
+
+
+def nulls(active: Active) -> dict[str, float]:
+    """Parameter values at which an effect is not there."""
+    return {p.name: p.null for p in active.effect.parameters}
+
+
+def scaled(parameter: Parameter, active: Active, amplitudes: dict[str, float]) -> Parameter:
+    """The parameter with scale and starts in the input's own unit."""
+    if not parameter.relative or active.variant.input is None:
+        return parameter
+    a = amplitudes.get(active.variant.input, 1.0) or 1.0
+    return replace(parameter, scale=parameter.scale * a, starts=tuple(s * a for s in parameter.starts))
+
+
+def structure_for(
+    model_name: str,
+    vessel: Vessel,
+    inputs: tuple[Input, ...],
+    *,
+    logs: tuple[str, ...],
+    streams: tuple[str, ...],
+    depths: tuple[float | None, ...] = (),
+    wind_logged: bool = False,
+    u0: float = 0.0,
+    amplitudes: dict[str, float] | None = None,
+    input_lead: tuple[float, float] | None = None,
+) -> tuple[Structure, tuple[str, ...]]:
+    """The declared model alone, for this vessel and these logs, with notes on terms that were left out."""
+    model = MODEL_BY_NAME[model_name]
+    terms, notes = terms_for(model, vessel, inputs)
+    setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged)
+    return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes

@@ -1,0 +1,178 @@
+"""Which effects could be missing, and a quick look at each: what it would gain, to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.effect import Active, Effect
+from identify.effects import EFFECTS
+from identify.output_error import Prior, prior_for, reduce
+from identify.regression import coefficient_scales, start_by_regression
+from identify.structure import Structure
+from identify.windows import first_states, moments, state_precision
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A candidate with a start for its refit and the gain in cost that the first order promises."""
+
+    active: Active
+    p: FloatArray
+    gain: float
+    from_scratch: bool = False
+
+
+def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
+    """Every variant of every effect that makes sense here and is not in the structure yet."""
+    taken = {a.label for a in structure.actives}
+    wired = any(a.effect.rewire for a in structure.actives)
+    return [
+        active
+        for effect in effects
+        for variant in effect.variants(structure.setting)
+        if (active := Active(effect, variant)).label not in taken and not (effect.rewire and wired)
+    ]
+
+
+def smooth(active: Active) -> bool:
+    """True where the cost has a slope at the effect's null, so that one look there is enough."""
+    return not active.effect.rewire and not any(p.starts for p in active.effect.parameters)
+
+
+def prior_of(structure: Structure, p: FloatArray, fitted: Fitted) -> Prior:
+    """Prior of a structure on the stretches of a fit."""
+    return prior_for(structure, coefficient_scales(structure, p, fitted.problem.stretches))
+
+
+def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    """First-order gain of each candidate from the fit of the structure without it, best first."""
+    easy = [a for a in actives if smooth(a)]
+    found = _screen_at_null(fitted, easy) if easy else []
+    for active in actives:
+        if active.effect.rewire:
+            found.append(_screen_wiring(fitted, active))
+        elif not smooth(active):
+            found.append(max((_screen_at(fitted, active, s) for s in _starts(fitted, active)), key=lambda x: x.gain))
+    return sorted(found, key=lambda x: -x.gain)
+
+
+def _extended(structure: Structure, p: FloatArray, actives: Sequence[Active]) -> tuple[Structure, FloatArray, list[FloatArray]]:
+    """Structure with effects added, its parameters at their nulls, and where each effect's parameters are."""
+    wide = replace(structure, actives=(*structure.actives, *actives))
+    values = {(s.effect, s.name): v for s, v in zip(structure.slots, p, strict=True)}
+    out = np.array([
+        values.get((s.effect, s.name), 0.0 if s.coefficient >= 0 else s.parameter.null) for s in wide.slots
+    ])  # fmt: skip
+    first = len(structure.actives)
+    places = [
+        np.array([k for k, s in enumerate(wide.slots) if s.effect == first + j], dtype=int) for j in range(len(actives))
+    ]
+    return wide, out, places
+
+
+def _normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Information and score (priors included) of a structure at ``p``, with the fit's first states; and the cost."""
+    solution, problem = fitted.solution, fitted.problem
+    now = moments(problem, wide, p, solution.first)
+    if not np.isfinite(now.cost):
+        return np.eye(len(p)), np.zeros(len(p)), np.inf
+    reduced = reduce(
+        now.matrices, solution.first, first_states(problem), state_precision(wide, problem.softening)
+    )
+    prior = prior_of(wide, p, fitted)
+    weight = 1.0 / (prior.sd * problem.softening) ** 2
+    information = reduced.information.sum(axis=0) + np.diag(weight)
+    score = reduced.score.sum(axis=0) - weight * (p - prior.mean)
+    return information, score, float(reduced.cost.sum() + np.sum(weight * (p - prior.mean) ** 2))
+
+
+def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    structure, p = fitted.solution.structure, fitted.solution.p
+    wide, start, places = _extended(structure, p, actives)
+    information, score, _ = _normal(fitted, wide, start)
+    base = np.setdiff1d(np.arange(len(start)), np.concatenate(places))
+    found = []
+    for active, mine in zip(actives, places, strict=True):
+        gain, step = _schur_gain(information, score, base, mine)
+        alone, q, [own] = _extended(structure, p, [active])
+        q[own] += _within(alone, own, q[own], step)
+        found.append(Screened(active, q, gain))
+    return found
+
+
+def _schur_gain(information: FloatArray, score: FloatArray, base: FloatArray, mine: FloatArray) -> tuple[float, FloatArray]:
+    """Gain and step of the parameters ``mine`` with all ``base`` parameters free to follow."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    m, s = information * scale * scale[:, None], score * scale
+    follow = np.linalg.solve(m[np.ix_(base, base)] + 1e-9 * np.eye(len(base)), np.column_stack([m[np.ix_(base, mine)], s[base]]))
+    left = m[np.ix_(mine, mine)] - m[np.ix_(mine, base)] @ follow[:, :-1]
+    rest = s[mine] - m[np.ix_(mine, base)] @ follow[:, -1]
+    values, vectors = np.linalg.eigh(left)
+    good = values > 1e-6
+    along = vectors[:, good].T @ rest
+    step = vectors[:, good] @ (along / values[good])
+    return float(np.sum(along**2 / values[good])), step * scale[mine]
+
+
+def _within(structure: Structure, places: FloatArray, at: FloatArray, step: FloatArray) -> FloatArray:
+    """The step, cut to the bounds and to what a first order can be trusted for."""
+    out = np.empty(len(step))
+    for j, k in enumerate(places):
+        slot = structure.slots[k]
+        most = 30.0 * slot.parameter.scale if slot.coefficient < 0 else np.inf
+        low, high = slot.parameter.bounds
+        out[j] = np.clip(at[j] + np.clip(step[j], -most, most), low, high) - at[j]
+    return out
+
+
+def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
+    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated."""
+    wide = fitted.solution.structure.with_effect(active)
+    mine = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1 and s.coefficient < 0]
+    lists = [p.starts or (p.null,) for p in mine]
+    n = max(len(x) for x in lists)
+    columns = [x if len(x) == n else x * n for x in lists]
+    return [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _screen_at(fitted: Fitted, active: Active, start: dict[str, float]) -> Screened:
+    structure, solution = fitted.solution.structure, fitted.solution
+    wide, p, [mine] = _extended(structure, solution.p, [active])
+    for k in mine:
+        p[k] = start.get(wide.slots[k].name, p[k])
+    information, score, cost = _normal(fitted, wide, p)
+    if not np.isfinite(cost):
+        return Screened(active, p, -np.inf)
+    everything = np.arange(len(p))
+    gain, step = _schur_gain(information, score, everything[:0], everything)
+    base = _normal_cost(fitted)
+    q = p.copy()
+    q[mine] += _within(wide, mine, p[mine], step[mine])
+    return Screened(active, q, base - cost + gain)
+
+
+def _normal_cost(fitted: Fitted) -> float:
+    solution, soft = fitted.solution, fitted.problem.softening
+    weight = 1.0 / (fitted.prior.sd * soft) ** 2
+    return float(solution.reduced.cost.sum() + np.sum(weight * (solution.p - fitted.prior.mean) ** 2))
+
+
+def _screen_wiring(fitted: Fitted, active: Active) -> Screened:
+    """Another wiring needs other coefficients: those of a regression with it, then one look."""
+    structure, problem = fitted.solution.structure, fitted.problem
+    wide, p, _ = _extended(structure, fitted.solution.p, [active])
+    p = start_by_regression(wide, p, problem.stretches)
+    information, score, cost = _normal(fitted, wide, p)
+    if not np.isfinite(cost):
+        return Screened(active, p, -np.inf, True)
+    everything = np.arange(len(p))
+    gain, _ = _schur_gain(information, score, everything[:0], everything)
+    return Screened(active, p, _normal_cost(fitted) - cost + gain, True)
+
+

@@ -1,0 +1,134 @@
+"""Refit the finalists and judge them by the likelihood of the raw measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from identify.base_fit import Fitted
+from identify.noise import calibrated
+from identify.output_error import Solution, Stopped, solve
+from identify.predict import free_run
+from identify.regression import start_by_regression
+from identify.windows import Problem, first_states
+from validate.candidates import Screened, prior_of
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: An effect is taken where chance would give its gain in fewer than this share of campaigns that lack nothing.
+FALSE_ALARM = 0.01
+#: Two causes whose costs differ by less than this cannot be told apart (odds of 20 to 1).
+INDISTINCT = 6.0
+#: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
+WORTH = 0.02
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A finalist after its refit.
+
+    ``gain`` in -2 log likelihood over the model without it, ``parameters`` how many it adds, ``p_value`` counting the
+    candidates tried, ``evidence`` the gain less what chance would give.
+    """
+
+    screened: Screened
+    fitted: Fitted
+    gain: float
+    parameters: int
+    p_value: float
+    evidence: float
+
+    @property
+    def label(self) -> str:
+        """The candidate's label."""
+        return self.screened.active.label
+
+
+def step_tolerance(fitted: Fitted) -> float:
+    """When a search may stop: at a twentieth of a unit of cost, earlier while the model is far from the noise."""
+    return 0.05 if fitted.chi2_per_dof < 3.0 else 1e-4 * fitted.solution.cost
+
+
+def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
+    """Refit with the candidate in and everything free, from its screened start or from a regression's."""
+    structure = fitted.solution.structure.with_effect(screened.active)
+    problem, anchor = fitted.problem, first_states(fitted.problem)
+    prior, tolerance = prior_of(structure, screened.p, fitted), step_tolerance(fitted)
+
+    def search(p: FloatArray, first: FloatArray, steps: int) -> Solution:
+        return solve(
+            problem, structure, p, first, prior, anchor=anchor, budget=steps, tolerance=tolerance, target=target
+        )
+
+    if fitted.chi2_per_dof < 1.5 or screened.from_scratch:
+        return Fitted(problem, prior, search(screened.p, fitted.solution.first, budget))
+    starts = (screened.p, start_by_regression(structure, screened.p, problem.stretches))
+    tries = [search(p, fitted.solution.first, 5) for p in starts]
+    best = min(tries, key=lambda s: s.total if np.isfinite(s.total) else np.inf)
+    return Fitted(problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best)
+
+
+def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
+    """The same structure fitted under another problem's weights, from where it was."""
+    s = fitted.solution
+    anchor, tolerance = first_states(problem), step_tolerance(fitted)
+    solution = solve(problem, s.structure, s.p, s.first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance)
+    return replace(fitted, problem=problem, solution=solution)
+
+
+def added_parameters(without: Fitted, with_it: Fitted) -> int:
+    """Number of parameters that an effect adds."""
+    return max(1, len(with_it.solution.p) - len(without.solution.p))
+
+
+def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitted, list[Judged]]:
+    """Refit the finalists, weigh errors as the best of them leaves them, and judge; best evidence first.
+
+    Returns the fit without them under the same weights, and the judged finalists.
+    """
+    refitted, target = [], np.inf
+    for screened in finalists:
+        fit = refit(base, screened, target=target)
+        if np.isfinite(fit.solution.total):
+            refitted.append((screened, fit))
+            target = min(target, fit.solution.total + 0.5 * (base.solution.total - fit.solution.total) + 50.0)
+    if not refitted:
+        return base, []
+    best = min(refitted, key=lambda x: x[1].solution.total)[1]
+    weights = calibrated(best.problem, best.solution)
+    base_there = under(weights, base)
+    judged = []
+    for screened, fit in refitted:
+        there = under(weights, fit)
+        judged.append(_judged(base_there, screened, there, tried))
+    return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
+    gain = base.solution.total - fit.solution.total
+    k = added_parameters(base, fit)
+    single = float(stats.chi2.sf(max(gain, 0.0), k))
+    family = float(-np.expm1(tried * np.log1p(-min(single, 1 - 1e-16))))
+    limit = float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), k))
+    return Judged(screened, fit, gain, k, family, gain - limit)
+
+
+def free_running_error(fitted: Fitted) -> FloatArray:
+    """Mean squared free-running error of u, v, r (3,) on the fit's stretches, against the smoothed measurement."""
+    total, n = np.zeros(3), 0
+    for stretch in fitted.problem.stretches:
+        predicted = free_run(fitted.solution.structure, fitted.solution.p, stretch)
+        error = predicted[:, 3:6] - stretch.states[:, 3:6]
+        total += np.nansum(np.where(np.isfinite(error), error, 10.0) ** 2, axis=0)
+        n += len(error)
+    return np.asarray(total / max(n, 1), dtype=float)
+
+
+def worthwhile(base: Fitted, fit: Fitted) -> bool:
+    """Whether the free-running error falls by enough to be worth naming the effect."""
+    before, after = free_running_error(base), free_running_error(fit)
+    spread = np.var(np.vstack([s.states[:, 3:6] for s in base.problem.stretches]), axis=0)
+    return bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
