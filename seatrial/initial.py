@@ -198,7 +198,7 @@ def best(facts: LogFacts, quantity: str) -> Candidate | None:
 
 
 def standard_block(kind: str, facts: Sequence[LogFacts]) -> str:
-    """``[inputs.NAME]`` of a recognised input: by its signal, or by the standard message of several devices."""
+    """``[inputs.NAME]`` of a recognised input: by its signal, or by its standard message."""
     found = {c for f in facts if (c := best(f, f"input ({kind})")) is not None}
     signals, units, devices = ({getattr(c, key) for c in found} for key in ("signal", "unit", "source"))
     if len(signals) > 1 or devices != {None}:

@@ -17,13 +17,17 @@ QUANTITIES = ("position", "heading", "yaw_rate", "velocity", "wind", "depth")
 #: What fields that hold actuators are called.
 INPUT_NAMES = re.compile(
     r"servo\d+_raw$|^RCOU\d?\.C\d+$|actuator_(outputs|motors|servos)|rudder|helm|steer|tiller|throttle|thrust|"
-    r"thruster|azimuth|propeller|prop_|\brpm|rpm$|motor\d|delta|(^|[._/])n(_|$)",
+    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
     re.IGNORECASE,
 )
-#: Fields that such names hit although they hold none.
+#: Signals that such names hit although they hold none.
 NO_INPUT = re.compile(
-    r"trim|target|limit|temp|volt|curr|status|time|fail|max|min|version|order|gain", re.IGNORECASE
+    r"trim|target|limit|temp|volt|curr|status\.(?!esc)|stamp|time_|fail|max|min|version|order|gain|reset|instance|"
+    r"mode|metric|detect|has_|is_|direction$|noutputs|flags|estimat|innov|manual|rates_setpoint|attitude_setpoint",
+    re.IGNORECASE,
 )
+#: Intervals longer than this many mean ones are gaps.
+GAP = 5.0
 
 
 @dataclass(frozen=True)
@@ -131,12 +135,12 @@ def devices_in(table: pd.DataFrame) -> tuple[int, ...]:
 
 
 def rate_of(table: pd.DataFrame) -> float | None:
-    """Messages per second: one over the median interval of one device; None for fewer than two."""
+    """Messages per second of one device while it sends: over all intervals but the gaps; None without any."""
     if SOURCE in table.columns and len(table):
         table = table[table[SOURCE] == table[SOURCE].iloc[0]]
-    steps = np.diff(table.index.to_numpy(dtype=np.float64))
-    steps = steps[steps > 0]
-    return 1e9 / float(np.median(steps)) if len(steps) else None
+    steps = np.diff(table.index.to_numpy(dtype=np.float64)) * 1e-9
+    kept = steps[steps <= GAP * steps.mean()] if len(steps) else steps
+    return len(kept) / float(kept.sum()) if kept.sum() > 0 else None
 
 
 def range_of(values: pd.Series) -> tuple[float | None, float | None]:
@@ -181,7 +185,7 @@ def named_inputs(log: Log) -> Iterator[Candidate]:
         rate = rate_of(table)
         for column in map(str, table.columns):
             signal = f"{topic}.{column}" if topic else column
-            if column == SOURCE or not INPUT_NAMES.search(signal) or NO_INPUT.search(column):
+            if column == SOURCE or not INPUT_NAMES.search(signal) or NO_INPUT.search(signal):
                 continue
             unit = log.units.get((topic, column), "")
             for name, values in elements(signal, table[column]):

@@ -33,6 +33,9 @@ def command(
         float, typer.Option(min=0.0, help="Unexplained share of a channel that counts.")
     ] = 0.10,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print all findings and parameters.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json.")] = False,
 ) -> None:
     """Identify a model from a campaign's logs, validate it, and find out what it lacks.
@@ -66,4 +69,4 @@ def command(
     if json:
         typer.echo((folder / "report.json").read_text(encoding="utf-8"))
     elif not quiet:
-        print_summary(results, folder)
+        print_summary(results, folder, verbose)

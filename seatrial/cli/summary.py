@@ -21,6 +21,7 @@ from validate.report.words import (
     headline,
     number,
     plain_name,
+    plus_minus,
     probability,
     size,
 )
@@ -30,17 +31,20 @@ MOST_FINDINGS = 6
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 
 
-def print_summary(results: Results, folder: Path) -> None:
+def print_summary(results: Results, folder: Path, verbose: bool = False) -> None:
     """Print what was read, what was found wrong with it, the model, what it lacks, and what to do next."""
-    say(*summary(results), *where(folder, results.timing_s.get("total")))
+    say(*summary(results, verbose), *where(folder, results.timing_s.get("total")))
 
 
-def summary(results: Results) -> Iterator[RenderableType]:
+def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]:
     """What a run found out, without the places of its files."""
     yield Text("")
     yield log_table(results)
-    yield from (Text(line) for line in finding_lines(results))
+    yield from (Text(line) for line in finding_lines(results, None if verbose else MOST_FINDINGS))
     yield Text("")
+    if verbose:
+        yield parameter_table(results)
+        yield Text("")
     yield score_table(results)
     yield from (Text(line) for line in track_lines(results))
     yield Text("")
@@ -71,13 +75,29 @@ def log_row(name: str, log: Log | None, trials: list[Trial]) -> Sequence[str]:
     )
 
 
-def finding_lines(results: Results) -> Iterator[str]:
-    """What was noticed while reading and preprocessing, each sentence once."""
+def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
+    """What was noticed while preprocessing and fitting, each sentence once."""
     sentences = dict.fromkeys(f for t in results.trials for f in t.findings)
     sentences |= dict.fromkeys(results.after.notes)
-    yield from (f"  · {sentence}" for sentence in list(sentences)[:MOST_FINDINGS])
-    if len(sentences) > MOST_FINDINGS:
-        yield f"  · and {len(sentences) - MOST_FINDINGS} more in report.html"
+    yield from (f"  · {sentence}" for sentence in list(sentences)[:most])
+    if most is not None and len(sentences) > most:
+        yield f"  · and {len(sentences) - most} more in report.html"
+
+
+def parameter_table(results: Results) -> Table:
+    """The coefficients with their errors, those that the data cannot give marked."""
+    rows = [
+        (
+            p.dof,
+            p.name,
+            p.term,
+            plus_minus(p.value, p.stderr),
+            p.unit,
+            "" if p.identifiable else "not identifiable",
+        )
+        for p in results.after.coefficients
+    ]
+    return table_of(("", "Parameter", "Term", "Value", "Unit", ""), rows, ("Value",))
 
 
 def score_table(results: Results) -> Table:

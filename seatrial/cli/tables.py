@@ -12,7 +12,8 @@ from rich.text import Text
 from seatrial.inspection import Candidate, FieldFacts, LogFacts, TopicFacts
 
 NARROWEST, WIDEST = 40, 100
-WIDEST_SIGNAL = 34
+#: No column but that of the signals is given more.
+WIDEST_CELL = 20
 #: Findings that are shown of one log; the rest is in the JSON.
 MOST_FINDINGS = 8
 
@@ -33,7 +34,7 @@ def say(*items: RenderableType) -> None:
 
 def table_of(columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> Table:
     """A table with these columns; those in ``right`` hold numbers."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
     for name in columns:
         table.add_column(
             name, justify="right" if name in right else "left", overflow="fold", no_wrap=name in right
@@ -49,8 +50,11 @@ def inspection_tables(facts: LogFacts) -> Iterator[RenderableType]:
     yield Text(head_line(facts))
     yield from (Text(f"  {line}") for line in finding_lines(facts))
     yield Text("")
-    if facts.candidates:
-        yield candidate_table(facts.candidates)
+    shown = [c for c in facts.candidates if c.moves or c.quantity != "input"]
+    if shown:
+        yield candidate_table(shown)
+    if len(shown) < len(facts.candidates):
+        yield Text(f"and {len(facts.candidates) - len(shown)} inputs that never move (--json shows all)")
     yield from (Text(line, style="yellow") for line in missing_lines(facts.candidates))
     yield Text("")
     yield topic_table(facts.topics)
@@ -79,26 +83,25 @@ def candidate_table(candidates: Sequence[Candidate]) -> Table:
     """What looks like what; signals are kept whole as far as the width allows, since people copy them."""
     with_source = any(c.source is not None for c in candidates)
     columns = ("Looks like", "Signal", *(("Src",) if with_source else ()), "Rate", "Values")
-    table = table_of(columns, (candidate_row(c, with_source) for c in candidates), ("Rate",))
-    table.columns[1].min_width = min(WIDEST_SIGNAL, max(map(len, signals_in(candidates))))
+    rows = [candidate_row(c, with_source) for c in candidates]
+    table = table_of(columns, rows, ("Rate",))
+    others = sum(min(WIDEST_CELL, max(map(len, cells))) + 2 for cells in zip(columns, *rows, strict=True))
+    longest = max(len(line) for row in rows for line in row[1].splitlines())
+    own = min(WIDEST_CELL, max(len(row[1]) for row in rows))
+    table.columns[1].min_width = max(len("Signal"), min(longest, console().width - (others - own)))
     return table
-
-
-def signals_in(candidates: Sequence[Candidate]) -> list[str]:
-    """Every single signal."""
-    return [signal for c in candidates for signal in c.signal.split(" + ")]
 
 
 def candidate_row(c: Candidate, with_source: bool) -> Sequence[str]:
     """One candidate; the signals of a pair below each other."""
+    kind = c.quantity.removeprefix("input (").removesuffix(")")
     source = (source_text(c.source),) if with_source else ()
-    return (
-        c.quantity,
-        c.signal.replace(" + ", "\n"),
-        *source,
-        rate(c.rate_hz),
-        f"{span(c.low, c.high)} {c.unit}".strip(),
-    )
+    return kind, c.signal.replace(" + ", "\n"), *source, rate(c.rate_hz), values(c)
+
+
+def values(c: Candidate) -> str:
+    """Range and unit."""
+    return f"{span(c.low, c.high)} {c.unit}".strip()
 
 
 def missing_lines(candidates: Sequence[Candidate]) -> Iterator[str]:
