@@ -2,9 +2,9 @@
 
     python docs/make_pictures.py RESULTS [--out docs/pictures]
 
-The report is taken by Chromium, at the width of a desk and of a phone, light and dark; the recording by Rerun's
-own viewer without a window (it needs a graphics driver; Mesa's software one will do). What is not installed is
-left out, and said so.
+The report is taken by Chromium, at the width of a desk and of a phone, light and dark; the recording by
+Rerun's own viewer without a window (it needs a graphics driver; Mesa's software one will do). What is not
+installed is left out, and said so.
 """
 
 from __future__ import annotations

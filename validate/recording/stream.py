@@ -60,12 +60,15 @@ def send_series(
     )
     rec.log(path, style, static=True)
     keep = np.isfinite(value) & np.isfinite(t) if look.points else np.isfinite(t)
-    t, value = t[keep], value[keep]
+    send_scalars(rec, path, clock, t[keep], value[keep])
+
+
+def send_scalars(rec: rr.RecordingStream, path: str, clock: Clock, t: FloatArray, value: FloatArray) -> None:
+    """The samples themselves, thinned to their extremes, in chunks."""
     rows = extremes(value, MOST)
     for part in chunks(rows):
-        rec.send_columns(
-            path, indexes=clock.columns(t[part]), columns=rr.Scalars.columns(scalars=value[part])
-        )
+        columns = rr.Scalars.columns(scalars=value[part])
+        rec.send_columns(path, indexes=clock.columns(t[part]), columns=columns)
 
 
 def chunks(rows: IntArray) -> list[IntArray]:
