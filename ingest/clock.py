@@ -141,9 +141,12 @@ def gaps(topic: str, table: pd.DataFrame) -> list[Finding]:
         return []
     t = table.index.to_numpy()
     steps = np.diff(t)
-    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    rising = steps[steps > 0]
+    if len(rising) < 10:
+        return []
+    usual = float(np.median(rising))
     wide = np.flatnonzero(steps > max(GAP_FACTOR * usual, GAP_NS))
-    if not len(wide) or np.mean(steps > 3.0 * usual) > 0.25:
+    if not len(wide) or np.mean(rising > 3.0 * usual) > 0.25:
         return []
     longest = wide[np.argmax(steps[wide])]
     message = (

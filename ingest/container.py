@@ -13,7 +13,8 @@ from typing import IO, Protocol
 
 from ingest.log import Finding
 
-CHUNK = 1 << 20
+#: Packed bytes per step: little enough that what comes out of a bomb in one step still fits in memory.
+CHUNK = 1 << 13
 #: An unpacked log larger than this goes to an unnamed temporary file and is mapped from there.
 IN_MEMORY = 64 << 20
 #: Unpacking stops here: a bomb fills neither memory nor disk.
