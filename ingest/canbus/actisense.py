@@ -17,6 +17,8 @@ from ingest.canbus.damage import damage_findings, merged
 from ingest.canbus.frames import Capture, Frames, Packets, no_frames
 from ingest.canbus.layout import is_fast
 from ingest.canbus.lines import NOT_HEX, LineStyle, Stretch, clock_ns, date_time_ns, stretches
+from ingest.canbus.stamps import repaired_times
+from ingest.log import Finding
 
 IDLE = re.compile(rb"[ \t]*#[^\r\n]*")
 CANBOAT = LineStyle(
@@ -57,19 +59,28 @@ def read(data: memoryview) -> Capture:
         rows.append(part)
         damaged += piece.damaged + [s for s, ok in zip(piece.spans, whole.tolist(), strict=True) if not ok]
     findings = damage_findings(merged(damaged), len(data), "no canboat record")
-    frames, packets = sorted_out(Rows.joined(rows))
     clock = "day" if not canboat else "utc" if ZONED.search(head) else "start"
-    return Capture(frames, packets, findings, sum(n for _, n in damaged), clock)
+    whole_log, notes = on_one_clock(Rows.joined(rows), clock)
+    frames, packets = sorted_out(whole_log)
+    return Capture(frames, packets, (*findings, *notes), sum(n for _, n in damaged), clock)
+
+
+def on_one_clock(rows: Rows, clock: str) -> tuple[Rows, tuple[Finding, ...]]:
+    """The lines with continuous times, without those whose stamp is damaged."""
+    time_ns, kept, findings = repaired_times(rows.time_ns, clock)
+    block = rows.block if kept.all() else rows.block[np.repeat(kept, rows.size)]
+    return Rows(time_ns, rows.pgn[kept], rows.source[kept], rows.size[kept], block), findings
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Lines as columns: time, PGN, source (n,), and one payload each."""
+    """Lines as columns: time, PGN, source, payload size (n,); the payloads one after the other in ``block``."""
 
     time_ns: NDArray[np.int64]
     pgn: NDArray[np.int64]
     source: NDArray[np.uint8]
-    payloads: list[bytes]
+    size: NDArray[np.int64]
+    block: NDArray[np.uint8]
 
     @staticmethod
     def joined(parts: list[Rows]) -> Rows:
@@ -78,8 +89,17 @@ class Rows:
             np.concatenate([np.empty(0, np.int64), *(p.time_ns for p in parts)]),
             np.concatenate([np.empty(0, np.int64), *(p.pgn for p in parts)]),
             np.concatenate([np.empty(0, np.uint8), *(p.source for p in parts)]),
-            [payload for p in parts for payload in p.payloads],
+            np.concatenate([np.empty(0, np.int64), *(p.size for p in parts)]),
+            np.concatenate([np.empty(0, np.uint8), *(p.block for p in parts)]),
         )
+
+    def payloads(self, index: NDArray[np.int64], width: int) -> NDArray[np.uint8]:
+        """Payloads of the lines that ``index`` selects, 0 beyond their ends; (lines, width)."""
+        start, size = (np.cumsum(self.size) - self.size)[index], self.size[index]
+        place = np.arange(width)
+        inside = place < size[:, None]
+        taken = self.block[np.where(inside, start[:, None] + place, 0)] if len(self.block) else inside
+        return np.where(inside, taken, 0).astype(np.uint8)
 
 
 def rows_of(piece: Stretch, canboat: bool) -> tuple[Rows, NDArray[np.bool_]]:
@@ -94,7 +114,9 @@ def rows_of(piece: Stretch, canboat: bool) -> tuple[Rows, NDArray[np.bool_]]:
     time_ns = date_time_ns(groups["time"]) if canboat else clock_ns([colons(t) for t in groups["time"]])
     pgn = np.array([int(p, base) for p in groups["pgn"]], np.int64)
     kept = [p for p, ok in zip(payloads, whole.tolist(), strict=True) if ok]
-    return Rows(time_ns[whole], pgn[whole], source[whole].astype(np.uint8), kept), whole
+    size = np.array([len(p) for p in kept], np.int64)
+    block = np.frombuffer(b"".join(kept), np.uint8)
+    return Rows(time_ns[whole], pgn[whole], source[whole].astype(np.uint8), size, block), whole
 
 
 def colons(stamp: bytes) -> bytes:
@@ -104,36 +126,33 @@ def colons(stamp: bytes) -> bytes:
 
 def sorted_out(rows: Rows) -> tuple[Frames, dict[int, Packets]]:
     """Packets by PGN; lines that are single frames of fast packets as frames."""
-    size = np.array([len(p) for p in rows.payloads], np.int64)
     packets: dict[int, Packets] = {}
-    loose = np.zeros(len(size), np.bool_)
-    assembled = bool((size > 8).any())
+    loose = np.zeros(len(rows.pgn), np.bool_)
+    assembled = bool((rows.size > 8).any())
     for pgn in np.unique(rows.pgn).tolist():
         index = np.flatnonzero(rows.pgn == pgn)
         if is_fast(pgn) and not assembled:
             loose[index] = True
         else:
-            packets[pgn] = packets_of(rows, index, size[index])
-    return (frames_of_rows(rows, np.flatnonzero(loose), size) if loose.any() else no_frames()), packets
+            packets[pgn] = packets_of(rows, index)
+    return (frames_of_rows(rows, np.flatnonzero(loose)) if loose.any() else no_frames()), packets
 
 
-def packets_of(rows: Rows, index: NDArray[np.int64], size: NDArray[np.int64]) -> Packets:
-    """The packets of the rows that ``index`` selects."""
-    width = int(size.max(initial=1))
-    block = b"".join(rows.payloads[i].ljust(width, b"\0") for i in index.tolist())
-    payload = np.frombuffer(block, np.uint8).reshape(-1, width)
+def packets_of(rows: Rows, index: NDArray[np.int64]) -> Packets:
+    """The packets of the lines that ``index`` selects."""
+    size = rows.size[index]
+    payload = rows.payloads(index, int(size.max(initial=1)))
     return Packets(rows.time_ns[index], rows.source[index], size, payload)
 
 
-def frames_of_rows(rows: Rows, index: NDArray[np.int64], size: NDArray[np.int64]) -> Frames:
-    """The rows that ``index`` selects as CAN frames."""
-    block = b"".join(rows.payloads[i].ljust(8, b"\0") for i in index.tolist())
-    pgn, source = rows.pgn[index], rows.source[index]
+def frames_of_rows(rows: Rows, index: NDArray[np.int64]) -> Frames:
+    """The lines that ``index`` selects as CAN frames."""
+    identifier = rows.pgn[index] << 8 | rows.source[index]
     return Frames(
         rows.time_ns[index],
-        (pgn << 8 | source).astype(np.uint32),
+        identifier.astype(np.uint32),
         np.ones(len(index), np.bool_),
         np.zeros(len(index), np.int16),
-        size[index].astype(np.uint8),
-        np.frombuffer(block, np.uint8).reshape(-1, 8),
+        rows.size[index].astype(np.uint8),
+        rows.payloads(index, 8),
     )

@@ -53,7 +53,7 @@ def read_log_style(data: memoryview) -> Capture:
     channels = tuple(bytes(text[a:b]).decode("ascii") for a, b in names)
     frames = Frames(time_ns, can_id, extended, channel, dlc, block, channels)
     cut = implausible_lengths(frames, doubtful)
-    holes = merged([(int(a), int(b - a)) for a, b in [*damaged.tolist(), *spans[cut].tolist()]])
+    holes = merged([(int(a), int(b - a)) for a, b in [*damaged.tolist(), *spans[cut[doubtful]].tolist()]])
     findings = (*damage_findings(holes, len(text), "no candump record"), *other_frames(int(other)))
     kept = frames.take(~cut) if cut.any() else frames
     return Capture(kept, {}, findings, sum(n for _, n in holes), clock_of(kept.time_ns))

@@ -222,13 +222,24 @@ def read_record(
 
 
 @compiled
+def appended(spans: NDArray[np.int64], count: int, start: int, end: int) -> NDArray[np.int64]:
+    """The array with a span at place ``count``; twice as long where it was full."""
+    if count == len(spans):
+        longer = np.empty((2 * count, 2), np.int64)
+        longer[:count] = spans
+        spans = longer
+    spans[count, 0], spans[count, 1] = start, end
+    return spans
+
+
+@compiled
 def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     """Every record of the log style in ``text``.
 
     Returns
     -------
     time_ns, can_id, extended, channel, dlc, data, doubtful, spans, names, damaged : arrays
-        ``spans`` and ``damaged`` hold start and end of each record and of each damaged stretch,
+        ``spans`` and ``damaged`` hold start and end of each doubtful record and of each damaged stretch,
         ``names`` those of each interface's name.
     other : int
         Number of remote, error and CAN FD frames.
@@ -238,9 +249,9 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     extended, doubtful = np.empty(most, np.bool_), np.empty(most, np.bool_)
     channel, dlc = np.empty(most, np.int16), np.empty(most, np.uint8)
     data = np.zeros((most, 8), np.uint8)
-    spans, names = np.empty((most, 2), np.int64), np.empty((MOST_CHANNELS, 2), np.int64)
-    damaged = np.empty((2 * most + count_bytes(text, NEWLINE), 2), np.int64)
-    n, i, k, channels, holes, other = len(text), 0, 0, 0, 0, 0
+    names = np.empty((MOST_CHANNELS, 2), np.int64)
+    spans, damaged = np.empty((64, 2), np.int64), np.empty((64, 2), np.int64)
+    n, i, k, channels, doubts, holes, other = len(text), 0, 0, 0, 0, 0, 0
     bad = -1  # where the damaged stretch that is under way began
     while i < n:
         kind, end = NOTHING, i
@@ -254,7 +265,7 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
             i += 1
             continue
         if bad >= 0 and (kind != NOTHING or text[i] == NEWLINE):
-            damaged[holes, 0], damaged[holes, 1] = bad, i
+            damaged = appended(damaged, holes, bad, i)
             holes += 1
             bad = -1
         if kind == OTHER:
@@ -263,12 +274,14 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
         elif kind != NOTHING:
             time_ns[k], can_id[k], extended[k] = stamp, identifier, digits == 8
             dlc[k], doubtful[k] = size, kind == DOUBTFUL
-            spans[k, 0], spans[k, 1] = i, end
+            if kind == DOUBTFUL:
+                spans = appended(spans, doubts, i, end)
+                doubts += 1
             channel[k], channels = channel_index(text, name_start, name_end, names, channels)
             k += 1
         i = end
     if bad >= 0:
-        damaged[holes, 0], damaged[holes, 1] = bad, n
+        damaged = appended(damaged, holes, bad, n)
         holes += 1
     columns = (time_ns[:k], can_id[:k], extended[:k], channel[:k], dlc[:k], data[:k], doubtful[:k])
-    return (*columns, spans[:k], names[:channels], damaged[:holes], other)
+    return (*columns, spans[:doubts], names[:channels], damaged[:holes], other)
