@@ -44,7 +44,7 @@ def same_angle(found, true, atol):
 def test_dataflash_by_pymavlink(tmp_path):
     from pymavlink import DFReader
 
-    path, recording, vessel = one_log(tmp_path, "dataflash", "tug")
+    path, recording, _ = one_log(tmp_path, "dataflash", "tug")
     reader = DFReader.DFReader_binary(str(path))
     found = {"GPS": [], "ATT": [], "IMU": [], "RCOU": []}
     while (m := reader.recv_msg()) is not None:
@@ -67,7 +67,7 @@ def test_dataflash_by_pymavlink(tmp_path):
 def test_tlog_by_pymavlink(tmp_path):
     from pymavlink import mavutil
 
-    path, recording, vessel = one_log(tmp_path, "tlog", "catamaran")
+    path, recording, _ = one_log(tmp_path, "tlog", "catamaran")
     found = {"GPS_RAW_INT": [], "ATTITUDE": [], "SERVO_OUTPUT_RAW": [], "WIND": [], "BAD_DATA": []}
     reader = mavutil.mavlink_connection(str(path))
     while (m := reader.recv_msg()) is not None:

@@ -1,4 +1,4 @@
-"""The truth simulator against physics, against the models that it claims to be, and against the field's decoders."""
+"""The truth simulator against physics and against the models that it claims to be."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from fixtures.campaign import DEFAULT_SUITE
 from fixtures.draw import LIBRARY, make_effect
+from fixtures.dynamics import OPEN
 from fixtures.effects import Effect, World
-from fixtures.manoeuvres import MANOEUVRES, make_manoeuvre
+from fixtures.forces import WorldNumbers, derivative
+from fixtures.manoeuvres import MANOEUVRES, Leg, Manoeuvre, make_manoeuvre
 from fixtures.outside import OUTSIDE
 from fixtures.sensors import Sensor, sense
 from fixtures.simulator import simulate
-from fixtures.vessels import VESSELS, make_vessel
+from fixtures.vessels import VESSELS, actuator_table, make_vessel
+from fixtures.writers.formats import FORMATS, fitted
 
-# ---------------------------------------------------------------------------------------------------------------
+# ----------------------------------------------------------------------------------------------------
 # Exactness: the terms of each model, as the contract lists them, reproduce the accelerations to rounding
 
 
 def regressors(model, truth):
-    """Columns of surge, sway and yaw as the contract writes them, from true water velocities and actuators."""
+    """Columns of surge, sway and yaw as the contract writes them, of the true state and actuators."""
     u, v, r = truth.u_w, truth.v_w, truth.r
     vessel, c = truth.vessel, truth.actuators
     kinds = {}
@@ -49,7 +53,9 @@ def regressors(model, truth):
     m = np.abs
     one = np.ones_like(u)
     return {
-        "modulus": ([u, u * m(u), v * r, r * r, *T], [v, v * m(v), r, u * r, *F], [r, r * m(r), v, u * v, *N]),
+        "modulus": (
+            [u, u * m(u), v * r, r * r, *T], [v, v * m(v), r, u * r, *F], [r, r * m(r), v, u * v, *N]
+        ),
         "linear": ([u, v * r, r * r, *T], [v, r, u * r, *F], [r, v, u * v, *N]),
         "zhu2019": ([u, m(u) * u, u**3, n2], *[[v, r, m(v) * r, delta]] * 2),
         "blanke": (
@@ -132,7 +138,7 @@ def test_zigzag_reverses_at_the_heading():
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------
+# ----------------------------------------------------------------------------------------------------
 # Effects, by their definitions
 
 
@@ -217,7 +223,7 @@ def test_every_effect_can_be_drawn_and_leaves_its_mark(name):
         assert np.abs(with_it.u).max() < 2.5 * vessel.speed
 
 
-# ---------------------------------------------------------------------------------------------------------------
+# ----------------------------------------------------------------------------------------------------
 # Sensors
 
 
@@ -248,6 +254,55 @@ def test_measured_inputs_move_no_faster_than_the_servo():
     truth = run(name="usv", servos=True)
     assert np.abs(np.diff(truth.inputs[:, 0])).max() <= 0.5 * 0.01 + 1e-12
     assert np.array_equal(truth.inputs, truth.actuators)
+
+
+def replayed(recording):
+    """The truth again, from nothing but the logged inputs, each held until the next."""
+    inputs, truth = recording.streams["inputs"], recording.truth
+    vessel, first = truth.vessel, truth.manoeuvre.legs[0]
+    values = np.column_stack(list(inputs.columns.values()))
+    idle = np.array([a.throttle * first.throttle for a in vessel.actuators])
+    legs = [
+        Leg(t, OPEN, first.throttle, 0.0, 0.0, tuple(row - idle))
+        for t, row in zip(inputs.t, values, strict=True)
+    ]
+    manoeuvre = dataclasses.replace(truth.manoeuvre, legs=(dataclasses.replace(first, start=0.0), *legs))
+    return simulate(vessel, manoeuvre, heading=truth.psi[0], place=(truth.x[0], truth.y[0]), helm_rate=100.0)
+
+
+@pytest.mark.parametrize("name", VESSELS)
+@pytest.mark.parametrize("form", ["dataflash", "nmea0183-epochs"])
+def test_logged_inputs_alone_reproduce_a_clean_run(name, form):
+    vessel = fitted(make_vessel(name), FORMATS[form])
+    if vessel is None:
+        pytest.skip(f"{form} has no messages for the inputs of {name}")
+    suite = FORMATS[form].suite(DEFAULT_SUITE)
+    manoeuvre = make_manoeuvre("random", vessel, 40 * vessel.time_scale, 6)
+    truth = simulate(vessel, manoeuvre, heading=0.4, helm_rate=suite.helm_rate)
+    again = replayed(sense(truth, suite, 1))
+    apart = np.hypot(again.x - truth.x - (again.x - truth.x)[0], again.y - truth.y - (again.y - truth.y)[0])
+    assert apart.max() < 0.03 * vessel.length
+    assert np.abs(again.psi - truth.psi).max() < 0.01
+
+
+def test_the_integrator_agrees_with_an_adaptive_one():
+    vessel = make_vessel("cybership")
+    settle = Manoeuvre("circle", (Leg(0.0, OPEN, 1.0, 0.6),), 30.0, 0.0)
+    truth = simulate(vessel, settle)
+    table, turned = actuator_table(vessel)
+    numbers, none, out = WorldNumbers(), np.zeros(3), np.zeros(11)
+
+    def rate(_, s):
+        derivative(
+            vessel.hull, numbers, 0.0, s, table, turned, truth.actuators[0], np.ones(2), none, none, none, out
+        )
+        return out.copy()
+
+    begin = np.zeros(11)
+    begin[3] = vessel.speed
+    end = solve_ivp(rate, (0.0, 30.0), begin, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    found = [truth.x[-1], truth.y[-1], truth.psi[-1], truth.u_w[-1], truth.v_w[-1], truth.r[-1]]
+    assert np.abs(np.array(found) - end[:6]).max() < 1e-7
 
 
 def test_geodesy_agrees_with_pymap3d():
