@@ -18,7 +18,6 @@ from ingest.ros.program import (
     I1,
     I2,
     I4,
-    I8,
     LOOP,
     SCALAR,
     SIZES,
@@ -33,6 +32,8 @@ from ingest.ros.program import (
 
 Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
+#: The eight bytes of a number, seen as each type.
+Views = tuple[NDArray[np.generic], ...]
 DEPTH = 16
 
 
@@ -137,10 +138,14 @@ def _walk(
     """Walk over every message; false where one ends before its definition does."""
     good = np.zeros(len(start), np.bool_)
     scratch = np.zeros(8, np.uint8)
+    views = (
+        scratch.view(np.float64), scratch.view(np.float32), scratch.view(np.int64), scratch.view(np.int32),
+        scratch.view(np.uint32), scratch.view(np.int16), scratch.view(np.uint16), scratch.view(np.int8),
+    )  # fmt: skip
     index, count = np.zeros(DEPTH, np.int64), np.zeros(DEPTH, np.int64)
     for i in range(len(start)):
         good[i] = _walk_one(
-            data, start[i], end[i], steps, i, floats, integers, begins, ends, longest, sizes, scratch, index, count
+            data, start[i], end[i], steps, i, floats, integers, begins, ends, longest, sizes, scratch, views, index, count
         )
         if not good[i]:
             floats[i] = np.nan
@@ -161,6 +166,7 @@ def _walk_one(
     longest: Integers,
     sizes: Integers,
     scratch: Bytes,
+    views: Views,
     index: Integers,
     count: Integers,
 ) -> bool:
@@ -181,9 +187,9 @@ def _walk_one(
                 target = slot + (index[depth] * stride if stride else 0)
                 _copy(data, p, size, little, scratch)
                 if last:
-                    integers[row, target] = _integer(scratch, a)
+                    integers[row, target] = _integer(scratch, views, a)
                 else:
-                    floats[row, target] = _real(scratch, a)
+                    floats[row, target] = _real(scratch, views, a)
             p += size
         elif step == LOOP:
             often = a
@@ -192,7 +198,7 @@ def _walk_one(
                 if p + 4 > end:
                     return False
                 _copy(data, p, 4, little, scratch)
-                often = scratch.view(np.uint32)[0]
+                often = views[4][0]
                 p += 4
                 if often > end - p:
                     return False
@@ -220,7 +226,7 @@ def _walk_one(
             if p + 4 > end:
                 return False
             _copy(data, p, 4, little, scratch)
-            size = np.int64(scratch.view(np.uint32)[0]) * (1 if step == TEXT else 2)
+            size = np.int64(views[4][0]) * (1 if step == TEXT else 2)
             p += 4
             if p + size > end:
                 return False
@@ -246,28 +252,26 @@ def _copy(data: Bytes, p: int, size: int, little: bool, scratch: Bytes) -> None:
 
 
 @numba.njit(cache=True)
-def _integer(scratch: Bytes, code: int) -> int:
+def _integer(scratch: Bytes, views: Views, code: int) -> int:
     if code == I4:
-        return np.int64(scratch.view(np.int32)[0])
+        return np.int64(views[3][0])
     if code == U4:
-        return np.int64(scratch.view(np.uint32)[0])
+        return np.int64(views[4][0])
     if code == U1:
         return np.int64(scratch[0])
     if code == I1:
-        return np.int64(scratch.view(np.int8)[0])
+        return np.int64(views[7][0])
     if code == I2:
-        return np.int64(scratch.view(np.int16)[0])
+        return np.int64(views[5][0])
     if code == U2:
-        return np.int64(scratch.view(np.uint16)[0])
-    return scratch.view(np.int64)[0]
+        return np.int64(views[6][0])
+    return views[2][0]
 
 
 @numba.njit(cache=True)
-def _real(scratch: Bytes, code: int) -> float:
+def _real(scratch: Bytes, views: Views, code: int) -> float:
     if code == F8:
-        return scratch.view(np.float64)[0]
+        return views[0][0]
     if code == F4:
-        return np.float64(scratch.view(np.float32)[0])
-    if code == I8:
-        return np.float64(scratch.view(np.int64)[0])
-    return np.float64(_integer(scratch, code))
+        return np.float64(views[1][0])
+    return np.float64(_integer(scratch, views, code))

@@ -63,6 +63,8 @@ def decode_raw(
     protocol = str(channel.metadata.get("protocol", "")).lower()
     if protocol in SERIAL:
         return _serial(channel, data, offsets, times, topics)
+    if protocol == "mavlink":
+        return _mavlink(channel, data, offsets, times, topics)
     text = f"the protocol '{protocol}' of this port is not decoded"
     return RawStream(findings=(Finding("unknown", text, topic=channel.topic, count=len(offsets)),))
 
@@ -79,3 +81,24 @@ def _serial(
         return RawStream(findings=(Finding("unknown", str(error), topic=channel.topic, count=len(offsets)),))
     said = tuple(replace(f, topic=f.topic or channel.topic) for f in stream.findings)
     return RawStream(stream.tables, stream.units, sources_of(stream.tables), said, stream.bytes_damaged)
+
+
+def _mavlink(
+    channel: Channel, data: bytes, offsets: NDArray[np.int64], times: NDArray[np.int64], topics: frozenset[str] | None
+) -> RawStream:
+    from ingest.detect import detect
+    from ingest.mavlink.damage import damage_findings, uncovered
+    from ingest.mavlink.decode import Timed, decode_frames, field_units
+    from ingest.mavlink.dialect import DEFAULT, load_dialect
+    from ingest.mavlink.frames import scan
+    from ingest.mavlink.mavlink_rules import RULES, chosen_component
+
+    dialect = load_dialect(channel.metadata.get("dialect", DEFAULT))
+    frames = scan(data, dialect)
+    start, end = frames.table["start"], frames.table["end"]
+    arrived = times[np.clip(np.searchsorted(offsets, end - 1, side="right") - 1, 0, len(times) - 1)]
+    tables = decode_frames(Timed(memoryview(data), frames, arrived), dialect, topics)
+    offset, length = uncovered(start, end, len(data))
+    findings = tuple(replace(f, topic=channel.topic) for f in damage_findings(offset, length, len(data), cut=True))
+    sources = chosen_component(detect(RULES, tables), tables)
+    return RawStream(tables, field_units(tables.keys(), dialect), sources, findings, int(length.sum()))

@@ -73,6 +73,7 @@ class Contents:
     findings: list[Finding] = field(default_factory=list)
     damaged: int = 0
     finished: bool = False
+    last_time: int = 0
 
     def damage(self, kind: str, message: str, offset: int, length: int) -> None:
         """Note a damaged stretch."""
@@ -119,32 +120,36 @@ def _together(parts: list[Batch]) -> Batch:
 
 def _pieces(data: memoryview, contents: Contents) -> Iterator[Batch]:
     """Walk over the records of a file; runs of bare messages and chunks are handed on as they come."""
-    p = len(MAGIC)
+    p = before = len(MAGIC)
     while p + PREFIX <= len(data):
-        opcode, length = data[p], int.from_bytes(data[p + 1 : p + PREFIX], "little")
         if bytes(data[p : p + len(MAGIC)]) == MAGIC:
             contents.finished = True
             return
-        body, end = p + PREFIX, p + PREFIX + length
-        if opcode == 0 or (opcode > LAST_OPCODE and opcode < 0x80) or (end > len(data) and not _cut(data, p)):
-            onward = _next_chunk(data, p + 1)
-            contents.damage("damaged", f"{onward - p} bytes that are no record", p, onward - p)
-            p = onward
-            continue
+        opcode, end = data[p], p + PREFIX + int.from_bytes(data[p + 1 : p + PREFIX], "little")
+        wrong = opcode == 0 or LAST_OPCODE < opcode < 0x80
+        if wrong or end > len(data):
+            onward = _next_record(data, before + 1, p, contents.last_time)
+            if wrong or onward < len(data) or not _cut(data, p):
+                contents.damage("damaged", f"{onward - p} bytes that are no record", p, max(0, onward - p))
+                p = before = onward
+                continue
+        if opcode == MESSAGE and end > len(data):
+            contents.damage("truncated", "the last message is cut off", p, len(data) - p)
+            return
         if opcode == MESSAGE:
             stop = _bare_messages(np.frombuffer(data, np.uint8), p)
-            yield from _messages(data[p:stop], contents)
-            if stop == p:
-                contents.damage("truncated", "the last message is cut off", p, len(data) - p)
-                return
+            for batch in _messages(data[p:stop], contents):
+                contents.last_time = int(batch.log_time[-1])
+                before = p + int(batch.start[-1]) - MESSAGE_HEAD - PREFIX
+                yield batch
             p = stop
             continue
         if opcode == CHUNK:
-            yield from _chunk(data, body, min(end, len(data)), p, contents)
+            yield from _chunk(data, p + PREFIX, min(end, len(data)), p, contents)
         elif end <= len(data):
-            _declare(opcode, bytes(data[body:end]), contents)
+            _declare(opcode, bytes(data[p + PREFIX : end]), contents)
             contents.finished |= opcode in (FOOTER, DATA_END)
-        p = end
+        before, p = p, end
 
 
 def _cut(data: memoryview, p: int) -> bool:
@@ -156,13 +161,31 @@ def _cut(data: memoryview, p: int) -> bool:
 
 
 def _plausible_chunk(data: memoryview, p: int) -> bool:
-    """Whether a chunk's head makes sense: times in order, a known compression."""
+    """Whether a chunk's head makes sense: times in order, a known compression, lengths that agree."""
     if p + PREFIX + 40 > len(data) or data[p] != CHUNK:
         return False
-    first, last, _size, _crc, name = struct.unpack_from("<QQQII", data, p + PREFIX)
-    if name > 8 or first > last:
+    length, first, last, size, _crc, name = struct.unpack_from("<QQQQII", data, p + 1)
+    at = p + PREFIX + 32 + name
+    if name > 8 or first > last or at + 8 > len(data):
         return False
-    return bytes(data[p + PREFIX + 32 : p + PREFIX + 32 + name]) in (b"", b"lz4", b"zstd")
+    (records,) = struct.unpack_from("<Q", data, at)
+    compression = bytes(data[at - name : at])
+    agree = length == 40 + name + records and (compression or size == records)
+    return bool(agree) and compression in (b"", b"lz4", b"zstd")
+
+
+def _next_record(data: memoryview, start: int, broken: int, last_time: int) -> int:
+    """Offset of the next chunk, or of the next message outside chunks if there were any before.
+
+    The search begins at ``start``, inside the record before the ``broken`` one: where bytes were lost, that record
+    seems to reach into the next.
+    """
+    chunk = _next_chunk(data, start)
+    chunk = _next_chunk(data, broken + 1) if chunk == broken else chunk
+    if not last_time:
+        return chunk
+    message = int(_next_message(np.frombuffer(data[:chunk], np.uint8), start, last_time))
+    return message if message < chunk else chunk
 
 
 def _next_chunk(data: memoryview, p: int) -> int:

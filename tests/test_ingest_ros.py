@@ -1,0 +1,360 @@
+"""MCAP files and ROS 2 bags: values against the peers, unfinished and damaged files, our own captures."""
+
+import io
+import json
+import random
+import sqlite3
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer as Ros2Writer
+from rosbags.typesys import Stores, get_typestore
+
+from ingest import ReadOptions, UnreadableLog, read_log
+from ingest.reader import Decoded
+from ingest.ros import READERS
+from ingest.ros.readers import MCAP
+
+T0 = 1_717_200_000_000_000_000
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+ODD = """std_msgs/Header header
+int8 small
+uint64 large
+bool flag
+float32 single
+string[] names
+float64[] values
+geometry_msgs/Point[] corners
+uint8[] image
+string tail
+"""
+
+
+def text_of(kind: str) -> str:
+    return STORE.generate_msgdef(kind, ros_version=2)[0]
+
+
+def stamp(i: int) -> dict[str, object]:
+    return {"stamp": {"sec": 1_717_200_000 + i // 10, "nanosec": i % 10 * 100_000_000}, "frame_id": "gps" * (1 + i % 3)}
+
+
+def messages(i: int) -> dict[str, tuple[str, dict[str, object]]]:
+    yaw = 0.01 * i
+    quaternion = {"x": 0.0, "y": 0.0, "z": np.sin(yaw / 2), "w": np.cos(yaw / 2)}
+    twist = {"linear": {"x": 1.0 + i, "y": -0.1, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.02}}
+    pose = {"position": {"x": 2.0 * i, "y": 3.0, "z": 0.0}, "orientation": quaternion}
+    return {
+        "/gps/fix": ("sensor_msgs/msg/NavSatFix", {
+            "header": stamp(i), "status": {"status": 2, "service": 1}, "latitude": 60.0 + i * 1e-6,
+            "longitude": -10.0 - i * 1e-6, "altitude": 3.5, "position_covariance": [0.1 * k for k in range(9)]}),
+        "/imu": ("sensor_msgs/msg/Imu", {
+            "header": stamp(i), "orientation": quaternion, "angular_velocity": {"x": 0.0, "y": 0.0, "z": 0.01 * i}}),
+        "/odom": ("nav_msgs/msg/Odometry", {
+            "header": stamp(i), "child_frame_id": "base_link", "pose": {"pose": pose}, "twist": {"twist": twist}}),
+        "/vel": ("geometry_msgs/msg/TwistStamped", {"header": stamp(i), "twist": twist}),
+        "/pose": ("geometry_msgs/msg/PoseStamped", {"header": stamp(i), "pose": pose}),
+        "/rudder": ("std_msgs/msg/Float64", {"data": 0.1 * i}),
+        "/thrust": ("std_msgs/msg/Float32MultiArray", {"data": [0.5 * i, -0.5 * i]}),
+        "/joints": ("sensor_msgs/msg/JointState", {
+            "header": stamp(i), "name": ["left", "right"], "position": [0.1, 0.2 * i], "velocity": [], "effort": []}),
+    }  # fmt: skip
+
+
+def without_chunks(raw: bytes) -> bytes:
+    file = io.BytesIO()
+    writer = Writer(file, use_chunking=False)
+    writer.start()
+    numbers: dict[int, int] = {}
+    for schema, channel, message in make_reader(io.BytesIO(raw)).iter_messages():
+        if channel.id not in numbers:
+            number = writer.register_schema(schema.name, schema.encoding, schema.data)
+            numbers[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, number)
+        writer.add_message(numbers[channel.id], message.log_time, message.data, message.publish_time)
+    writer.finish()
+    return file.getvalue()
+
+
+def recording(n: int = 40, **options: object) -> bytes:
+    file = io.BytesIO()
+    writer = Ros2Writer(file, **options)
+    schemas: dict[str, object] = {}
+    for i in range(n):
+        for topic, (kind, content) in messages(i).items():
+            if kind not in schemas:
+                schemas[kind] = writer.register_msgdef(kind, text_of(kind))
+            writer.write_message(topic, schemas[kind], content, log_time=T0 + i * 100_000_000, publish_time=0)
+    writer.finish()
+    return file.getvalue()
+
+
+def decode(raw: bytes) -> Decoded:
+    return MCAP.read(Path("x.mcap"), memoryview(raw), ReadOptions())
+
+
+def flat(value: object, path: str = "") -> dict[str, object]:
+    if hasattr(value, "__slots__"):
+        return {k: v for s in value.__slots__ for k, v in flat(getattr(value, s), f"{path}.{s}" if path else s).items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return {k: v for i, x in enumerate(value) for k, v in flat(x, f"{path}[{i}]").items()}
+    return {path: value}
+
+
+def assert_as_the_peer_reads_it(raw: bytes, but: tuple[str, ...] = ()) -> None:
+    decoded = decode(raw)
+    row: dict[str, int] = {}
+    reader = make_reader(io.BytesIO(raw), decoder_factories=[DecoderFactory()])
+    for _, channel, message, content in reader.iter_decoded_messages():
+        topic = channel.topic
+        at = row.get(topic, 0)
+        row[topic] = at + 1
+        table = decoded.tables[topic]
+        ours = table.iloc[at]
+        assert table.index[at] == message.log_time
+        theirs = flat(content)
+        second, part = theirs.pop("header.stamp.sec", None), theirs.pop("header.stamp.nanosec", None)
+        if second is not None:
+            assert ours["stamp_ns"] == second * 1_000_000_000 + part
+        for name, value in theirs.items():
+            if not name.startswith(but or ("\0",)):
+                assert ours[name] == value, f"{topic}.{name}"
+    assert row == {t: len(v) for t, v in decoded.tables.items()}
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+def test_every_field_as_mcap_ros2_has_it(compression):
+    assert_as_the_peer_reads_it(recording(compression=compression, chunk_size=4000))
+
+
+def test_without_chunks():
+    assert_as_the_peer_reads_it(without_chunks(recording()))
+
+
+def test_arrays_texts_and_small_types():
+    file = io.BytesIO()
+    writer = Ros2Writer(file)
+    parts = [ODD, "std_msgs/msg/Header", "builtin_interfaces/msg/Time", "geometry_msgs/msg/Point"]
+    rest = [f"MSG: {p.replace('/msg/', '/')}\n{text_of(p).split('=====')[0]}" for p in parts[1:]]
+    schema = writer.register_msgdef("odd_msgs/msg/Odd", ("=" * 80 + "\n").join([ODD, *rest]))
+    for i in range(12):
+        content = {
+            "header": stamp(i), "small": -i, "large": 2**40 + i, "flag": i % 2 == 1, "single": 0.1 * i,
+            "names": ["é" * i, "b"][: i % 3], "values": [1.5 * k for k in range(i % 4)],
+            "corners": [{"x": k, "y": -k, "z": 0.5} for k in range(i % 3)], "image": bytes(500 + i), "tail": f"end{i}",
+        }  # fmt: skip
+        writer.write_message("/odd", schema, content, log_time=T0 + i, publish_time=0)
+    writer.finish()
+    raw = file.getvalue()
+    assert_as_the_peer_reads_it(raw, but=("image", "names"))
+    decoded = decode(raw)
+    assert not [c for c in decoded.tables["/odd"].columns if c.startswith("image")]
+    assert np.isnan(decoded.tables["/odd"]["corners[1].x"].iloc[0])
+    assert any("image" in f.message for f in decoded.findings)
+
+
+def test_quantities():
+    decoded = decode(recording())
+    best: dict[str, object] = {}
+    for source in decoded.sources:
+        best.setdefault(source.quantity, source)
+    assert best["position"].name == "/gps/fix.latitude + /gps/fix.longitude"
+    assert (best["heading"].topic, best["heading"].options["frame"]) == ("/imu", "enu")
+    assert (best["yaw_rate"].topic, best["yaw_rate"].unit) == ("/imu", "rad/s")
+    assert best["velocity"].fields == {"north": "twist.linear.y", "east": "twist.linear.x"}
+    body = next(s for s in decoded.sources if s.topic == "/odom" and s.quantity == "velocity")
+    assert body.fields == {"forward": "twist.twist.linear.x", "starboard": "twist.twist.linear.y"}
+    np.testing.assert_allclose(decoded.tables["/imu"]["yaw"], 0.01 * np.arange(40), atol=1e-12)
+    assert decoded.utc_of_index_zero_ns == 0
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.95])
+def test_an_unfinished_file_is_read_up_to_the_break(compression, share):
+    raw = recording(200, compression=compression, chunk_size=20_000)
+    decoded = decode(raw[: int(len(raw) * share)])
+    assert decoded.messages > 1600 * (share - 0.25)
+    assert decoded.messages == 1600 or "truncated" in {f.kind for f in decoded.findings}
+    whole = decode(raw).tables["/imu"]
+    table = decoded.tables["/imu"]
+    np.testing.assert_array_equal(table["angular_velocity.z"], whole["angular_velocity.z"].iloc[: len(table)])
+
+
+def test_a_flipped_byte_is_found_by_the_checksum():
+    raw = bytearray(recording(100, compression=CompressionType.NONE, chunk_size=8000))
+    at = raw.index(struct.pack("<d", 60.0 + 50e-6))
+    raw[at + 2] ^= 0x10
+    decoded = decode(bytes(raw))
+    assert decoded.messages == 800
+    damaged = [f for f in decoded.findings if f.kind == "damaged"]
+    assert len(damaged) == 1
+    assert damaged[0].offset < at < damaged[0].offset + damaged[0].length
+
+
+def test_a_length_that_lies_costs_no_memory_and_hides_nothing_after_its_chunk():
+    raw = bytearray(recording(200, compression=CompressionType.LZ4, chunk_size=8000))
+    chunk = raw.index(b"\x06", 2000)
+    while raw[chunk + 41 : chunk + 48] != b"\x03\x00\x00\x00lz4" and raw[chunk + 37 : chunk + 44] != b"\x03\x00\x00\x00lz4":
+        chunk = raw.index(b"\x06", chunk + 1)
+    raw[chunk + 1 : chunk + 9] = b"\xff" * 7 + b"\x7f"
+    decoded = decode(bytes(raw))
+    assert decoded.messages > 1400
+    assert decoded.tables["/imu"].index[-1] == T0 + 199 * 100_000_000
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("chunked", [True, False])
+def test_damage_anywhere(seed, chunked):
+    rng = random.Random(seed)
+    raw = bytearray(recording(60, compression=CompressionType.NONE, chunk_size=6000))
+    raw = raw if chunked else bytearray(without_chunks(bytes(raw)))
+    at = rng.randrange(20_000, len(raw) - 20_000)
+    raw[at : at + 8] = rng.randbytes(8)
+    decoded = decode(bytes(raw))
+    assert decoded.messages >= 480 - 3
+    raw[at : at + 3] = b""
+    assert decode(bytes(raw)).messages >= 480 - 70
+
+
+@given(st.binary(max_size=300))
+@settings(max_examples=100, deadline=None)
+def test_junk_raises_nothing_but_value_error(junk):
+    for reader in READERS:
+        assert 0.0 <= reader.sniff(junk) <= 1.0
+    for raw in (b"\x89MCAP0\r\n" + junk, SMALL[:2000] + junk, SMALL[: len(SMALL) // 2] + junk):
+        try:
+            decode(raw)
+        except ValueError as error:
+            assert "no message" in str(error)
+
+
+SMALL = recording(12)
+
+
+def test_json():
+    file = io.BytesIO()
+    writer = Writer(file)
+    writer.start()
+    schema = writer.register_schema("foxglove.LocationFix", "jsonschema", b"{}")
+    channel = writer.register_channel("/fix", "json", schema)
+    for i in range(10):
+        content = {
+            "timestamp": {"sec": 1_717_200_000 + i, "nsec": 5}, "latitude": 60.0 + i, "longitude": 10.0,
+            "position_covariance": [1, 2, 3], "frame_id": "gps", "nested": {"deep": {"x": i}},
+        }  # fmt: skip
+        raw = json.dumps(content).encode() if i != 4 else b"{broken"
+        writer.add_message(channel, T0 + i, raw, T0 + i)
+    writer.finish()
+    decoded = decode(file.getvalue())
+    table = decoded.tables["/fix"]
+    assert len(table) == 9
+    assert table["nested.deep.x"].tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9]
+    assert decoded.sources[0].fields == {"latitude": "latitude", "longitude": "longitude"}
+    assert [f.count for f in decoded.findings if f.kind == "damaged"] == [1]
+
+
+def test_protobuf():
+    file_set = descriptor_pb2.FileDescriptorSet()
+    description = file_set.file.add(name="fix.proto", package="foxglove", syntax="proto3")
+    kind = description.message_type.add(name="LocationFix")
+    for number, (name, what, label) in enumerate(
+        [("latitude", 1, 1), ("longitude", 1, 1), ("frame_id", 9, 1), ("position_covariance", 1, 3), ("fixed", 5, 1)], 1
+    ):
+        kind.field.add(name=name, number=number, type=what, label=label)
+    inner = kind.nested_type.add(name="Inner")
+    inner.field.add(name="x", number=1, type=1, label=1)
+    kind.field.add(name="inner", number=9, type=11, label=1, type_name=".foxglove.LocationFix.Inner")
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(description)
+    cls = message_factory.GetMessageClass(pool.FindMessageTypeByName("foxglove.LocationFix"))
+    file = io.BytesIO()
+    writer = Writer(file)
+    writer.start()
+    schema = writer.register_schema("foxglove.LocationFix", "protobuf", file_set.SerializeToString())
+    channel = writer.register_channel("/fix", "protobuf", schema)
+    for i in range(10):
+        message = cls(latitude=60.0 + i, longitude=10.0, frame_id="gps", position_covariance=[0.5, i], fixed=-i)
+        if i % 2:
+            message.inner.x = i
+        writer.add_message(channel, T0 + i, message.SerializeToString(), T0 + i)
+    writer.add_message(channel, T0 + 11, b"\xff\xff\xff", T0 + 11)
+    writer.finish()
+    decoded = decode(file.getvalue())
+    table = decoded.tables["/fix"]
+    assert table["latitude"].tolist() == [60.0 + i for i in range(10)]
+    assert table["position_covariance[1]"].tolist() == [float(i) for i in range(10)]
+    assert table["fixed"].tolist() == [-i for i in range(10)]
+    assert table["inner.x"].tolist()[1::2] == [1.0, 3.0, 5.0, 7.0, 9.0]
+    assert np.isnan(table["inner.x"].iloc[0])
+    assert decoded.sources[0].quantity == "position"
+
+
+def test_a_bag(tmp_path):
+    path = tmp_path / "drive_0.db3"
+    with sqlite3.connect(path) as bag:
+        bag.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        bag.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        bag.execute("INSERT INTO topics VALUES(1, '/rudder', 'std_msgs/msg/Float64', 'cdr')")
+        bag.execute("INSERT INTO topics VALUES(2, '/vel', 'geometry_msgs/msg/TwistStamped', 'cdr')")
+        float64 = STORE.types["std_msgs/msg/Float64"]
+        for i in range(20):
+            raw = bytes(STORE.serialize_cdr(float64(data=0.5 * i), "std_msgs/msg/Float64"))
+            bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(1, ?, ?)", (T0 + i, raw))
+        bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(2, ?, ?)", (T0 + 99, b"\x00\x01\x00"))
+    bag.close()
+    log = read_log(path)
+    assert log.format == "rosbag2"
+    assert log.tables["/rudder"]["data"].tolist() == [0.5 * i for i in range(20)]
+    assert [f.topic for f in log.findings if f.kind == "damaged"] == ["/vel"]
+
+
+def test_raw_channels_of_our_own_captures():
+    import pymavlink.dialects.v20.ardupilotmega as mavlink
+
+    file = io.BytesIO()
+    writer = Writer(file, chunk_size=2000)
+    writer.start()
+    serial = writer.register_channel("/raw/gnss", "raw", 0, metadata={"protocol": "nmea"})
+    telemetry = writer.register_channel("/raw/autopilot", "raw", 0, metadata={"protocol": "mavlink"})
+    link = mavlink.MAVLink(None)
+    stream = b"".join(b"$GNHDT,%d.5,T*%02X\r\n" % (i, _xor(b"GNHDT,%d.5,T" % i)) for i in range(100, 150))
+    for i in range(0, len(stream), 13):
+        writer.add_message(serial, T0 + i * 1_000_000, stream[i : i + 13], 0)
+    for i in range(30):
+        packed = link.attitude_encode(i * 100, 0.0, 0.0, 0.1 * i, 0.0, 0.0, 0.01).pack(link)
+        writer.add_message(telemetry, T0 + i * 10_000_000, packed, 0)
+    writer.finish()
+    decoded = decode(file.getvalue())
+    assert decoded.tables["HDT"]["headingT"].tolist() == [i + 0.5 for i in range(100, 150)]
+    assert (np.diff(decoded.tables["HDT"].index) > 0).all()
+    np.testing.assert_allclose(decoded.tables["ATTITUDE"]["yaw"], 0.1 * np.arange(30), atol=1e-6)
+    np.testing.assert_array_equal(np.diff(decoded.tables["ATTITUDE"].index), 10_000_000)
+    assert {s.topic for s in decoded.sources if s.quantity == "heading"} == {"HDT", "ATTITUDE"}
+
+
+def _xor(body: bytes) -> int:
+    value = 0
+    for byte in body:
+        value ^= byte
+    return value
+
+
+def test_only_the_topics_that_are_wanted(tmp_path):
+    path = tmp_path / "x.mcap"
+    path.write_bytes(recording())
+    log = read_log(path, topics=["/imu"])
+    assert list(log.tables) == ["/imu"]
+    assert log.format == "mcap"
+
+
+def test_nothing_usable(tmp_path):
+    path = tmp_path / "x.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + bytes(1000))
+    with pytest.raises(UnreadableLog, match="mcap"):
+        read_log(path)
