@@ -151,7 +151,8 @@ def effect_line(effect: TakenEffect) -> str:
 def where(folder: Path, seconds: float | None) -> Iterator[Text]:
     """Where the results are."""
     yield Text("")
-    yield Text(f"Report     {folder / 'report.html'}")
-    yield Text(f"Recording  {folder / 'recording.rrd'}  (seatrial view {folder})")
+    yield Text(f"Report     {folder / 'report.html'}", no_wrap=True)
+    yield Text(f"Recording  {folder / 'recording.rrd'}", no_wrap=True)
+    yield Text(f"           seatrial view {folder}", no_wrap=True)
     if seconds is not None:
         yield Text(f"Done in {seconds:.1f} s.", style="dim")

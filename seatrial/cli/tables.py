@@ -26,10 +26,10 @@ def console() -> Console:
 
 
 def say(*items: RenderableType) -> None:
-    """Print to stdout."""
+    """Print to stdout; text that may not wrap (a path that people copy) is printed as it is."""
     out = console()
     for item in items:
-        out.print(item)
+        out.print(item, soft_wrap=isinstance(item, Text) and bool(item.no_wrap))
 
 
 def table_of(columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> Table:
@@ -46,7 +46,7 @@ def table_of(columns: Sequence[str], rows: Iterable[Sequence[str]], right: Seque
 
 def inspection_tables(facts: LogFacts) -> Iterator[RenderableType]:
     """What ``seatrial inspect`` prints of one log."""
-    yield Text(facts.path, style="bold")
+    yield Text(facts.path, style="bold", no_wrap=True)
     yield Text(head_line(facts))
     yield from (Text(f"  {line}") for line in finding_lines(facts))
     yield Text("")
