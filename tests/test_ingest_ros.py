@@ -43,7 +43,10 @@ def text_of(kind: str) -> str:
 
 
 def stamp(i: int) -> dict[str, object]:
-    return {"stamp": {"sec": 1_717_200_000 + i // 10, "nanosec": i % 10 * 100_000_000}, "frame_id": "gps" * (1 + i % 3)}
+    return {
+        "stamp": {"sec": 1_717_200_000 + i // 10, "nanosec": i % 10 * 100_000_000},
+        "frame_id": "gps" * (1 + i % 3),
+    }
 
 
 def messages(i: int) -> dict[str, tuple[str, dict[str, object]]]:
@@ -101,7 +104,11 @@ def decode(raw: bytes) -> Decoded:
 
 def flat(value: object, path: str = "") -> dict[str, object]:
     if hasattr(value, "__slots__"):
-        return {k: v for s in value.__slots__ for k, v in flat(getattr(value, s), f"{path}.{s}" if path else s).items()}
+        return {
+            k: v
+            for s in value.__slots__
+            for k, v in flat(getattr(value, s), f"{path}.{s}" if path else s).items()
+        }
     if isinstance(value, (list, tuple, np.ndarray)):
         return {k: v for i, x in enumerate(value) for k, v in flat(x, f"{path}[{i}]").items()}
     return {path: value}
@@ -200,7 +207,10 @@ def test_a_flipped_byte_is_found_by_the_checksum():
 def test_a_length_that_lies_costs_no_memory_and_hides_nothing_after_its_chunk():
     raw = bytearray(recording(200, compression=CompressionType.LZ4, chunk_size=8000))
     chunk = raw.index(b"\x06", 2000)
-    while raw[chunk + 41 : chunk + 48] != b"\x03\x00\x00\x00lz4" and raw[chunk + 37 : chunk + 44] != b"\x03\x00\x00\x00lz4":
+    while (
+        raw[chunk + 41 : chunk + 48] != b"\x03\x00\x00\x00lz4"
+        and raw[chunk + 37 : chunk + 44] != b"\x03\x00\x00\x00lz4"
+    ):
         chunk = raw.index(b"\x06", chunk + 1)
     raw[chunk + 1 : chunk + 9] = b"\xff" * 7 + b"\x7f"
     decoded = decode(bytes(raw))
@@ -264,7 +274,14 @@ def test_protobuf():
     description = file_set.file.add(name="fix.proto", package="foxglove", syntax="proto3")
     kind = description.message_type.add(name="LocationFix")
     for number, (name, what, label) in enumerate(
-        [("latitude", 1, 1), ("longitude", 1, 1), ("frame_id", 9, 1), ("position_covariance", 1, 3), ("fixed", 5, 1)], 1
+        [
+            ("latitude", 1, 1),
+            ("longitude", 1, 1),
+            ("frame_id", 9, 1),
+            ("position_covariance", 1, 3),
+            ("fixed", 5, 1),
+        ],
+        1,
     ):
         kind.field.add(name=name, number=number, type=what, label=label)
     inner = kind.nested_type.add(name="Inner")
@@ -279,7 +296,9 @@ def test_protobuf():
     schema = writer.register_schema("foxglove.LocationFix", "protobuf", file_set.SerializeToString())
     channel = writer.register_channel("/fix", "protobuf", schema)
     for i in range(10):
-        message = cls(latitude=60.0 + i, longitude=10.0, frame_id="gps", position_covariance=[0.5, i], fixed=-i)
+        message = cls(
+            latitude=60.0 + i, longitude=10.0, frame_id="gps", position_covariance=[0.5, i], fixed=-i
+        )
         if i % 2:
             message.inner.x = i
         writer.add_message(channel, T0 + i, message.SerializeToString(), T0 + i)
@@ -298,15 +317,21 @@ def test_protobuf():
 def test_a_bag(tmp_path):
     path = tmp_path / "drive_0.db3"
     with sqlite3.connect(path) as bag:
-        bag.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
-        bag.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        bag.execute(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)"
+        )
+        bag.execute(
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
+        )
         bag.execute("INSERT INTO topics VALUES(1, '/rudder', 'std_msgs/msg/Float64', 'cdr')")
         bag.execute("INSERT INTO topics VALUES(2, '/vel', 'geometry_msgs/msg/TwistStamped', 'cdr')")
         float64 = STORE.types["std_msgs/msg/Float64"]
         for i in range(20):
             raw = bytes(STORE.serialize_cdr(float64(data=0.5 * i), "std_msgs/msg/Float64"))
             bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(1, ?, ?)", (T0 + i, raw))
-        bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(2, ?, ?)", (T0 + 99, b"\x00\x01\x00"))
+        bag.execute(
+            "INSERT INTO messages(topic_id, timestamp, data) VALUES(2, ?, ?)", (T0 + 99, b"\x00\x01\x00")
+        )
     bag.close()
     log = read_log(path)
     assert log.format == "rosbag2"

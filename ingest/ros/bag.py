@@ -25,7 +25,9 @@ def database(path: Path, data: memoryview) -> Iterator[sqlite3.Connection]:
         place = path if plain else Path(folder) / "bag.db3"
         if not plain:
             place.write_bytes(data)
-        with closing(sqlite3.connect(f"{place.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
+        with closing(
+            sqlite3.connect(f"{place.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        ) as connection:
             yield connection
 
 
@@ -33,7 +35,9 @@ def channels_of(connection: sqlite3.Connection) -> dict[int, Channel]:
     """The topics of a bag, with the definitions that newer bags carry."""
     texts: dict[str, tuple[str, bytes]] = {}
     if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'").fetchone():
-        rows = connection.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")
+        rows = connection.execute(
+            "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+        )
         texts = {name: (encoding, str(text).encode()) for name, encoding, text in rows}
     topics = connection.execute("SELECT id, name, type, serialization_format FROM topics")
     return {

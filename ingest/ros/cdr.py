@@ -47,7 +47,12 @@ class Columns:
 
 
 def decode_cdr(
-    data: Bytes, start: Integers, end: Integers, definitions: Definitions, name: str, lengths: Mapping[str, int]
+    data: Bytes,
+    start: Integers,
+    end: Integers,
+    definitions: Definitions,
+    name: str,
+    lengths: Mapping[str, int],
 ) -> Columns:
     """Decode messages of one type.
 
@@ -63,11 +68,15 @@ def decode_cdr(
     program = build(definitions, name, lengths)
     floats, integers, begins, ends, longest = _slots(program, len(start))
     good = _walk(data, start, end, program.table, floats, integers, begins, ends, longest, SIZES)
-    left_out = tuple(p for p in program.loops if lengths.get(p, 0) and not any(c.startswith(p) for c in _all(program)))
+    left_out = tuple(
+        p for p in program.loops if lengths.get(p, 0) and not any(c.startswith(p) for c in _all(program))
+    )
     return Columns(_table(data, program, floats, integers, begins, ends, good), good, left_out)
 
 
-def array_lengths(data: Bytes, start: Integers, end: Integers, definitions: Definitions, name: str) -> dict[str, int]:
+def array_lengths(
+    data: Bytes, start: Integers, end: Integers, definitions: Definitions, name: str
+) -> dict[str, int]:
     """Longest occurrence of each array whose length is in the message."""
     program = build(definitions, name)
     if not program.loops:
@@ -77,9 +86,7 @@ def array_lengths(data: Bytes, start: Integers, end: Integers, definitions: Defi
     return {path: int(count) for path, count in zip(program.loops, longest, strict=False)}
 
 
-def _slots(
-    program: Program, n: int
-) -> tuple[NDArray[np.float64], Integers, Integers, Integers, Integers]:
+def _slots(program: Program, n: int) -> tuple[NDArray[np.float64], Integers, Integers, Integers, Integers]:
     """Room for n messages, each column in one piece of memory, and for the lengths of the arrays."""
     floats = np.full((len(program.floats), n), np.nan).T
     integers = np.zeros((len(program.integers), n), np.int64).T
@@ -117,7 +124,9 @@ def _with_stamps(columns: dict[str, object]) -> dict[str, object]:
             second, part = columns.get(f"{prefix}.sec"), columns.get(f"{prefix}.{fraction}")
             if second is not None and part is not None:
                 ns = np.asarray(second, np.int64) * 1_000_000_000 + np.asarray(part, np.int64)
-                rest = {k: v for k, v in columns.items() if k not in {f"{prefix}.sec", f"{prefix}.{fraction}"}}
+                rest = {
+                    k: v for k, v in columns.items() if k not in {f"{prefix}.sec", f"{prefix}.{fraction}"}
+                }
                 return {"stamp_ns": ns, **rest}
     return columns
 
@@ -145,7 +154,21 @@ def _walk(
     index, count = np.zeros(DEPTH, np.int64), np.zeros(DEPTH, np.int64)
     for i in range(len(start)):
         good[i] = _walk_one(
-            data, start[i], end[i], steps, i, floats, integers, begins, ends, longest, sizes, scratch, views, index, count
+            data,
+            start[i],
+            end[i],
+            steps,
+            i,
+            floats,
+            integers,
+            begins,
+            ends,
+            longest,
+            sizes,
+            scratch,
+            views,
+            index,
+            count,
         )
         if not good[i]:
             floats[i] = np.nan

@@ -41,7 +41,9 @@ def decode(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Dec
     except UnknownType as error:
         none = np.zeros(len(start), bool)
         text = f"cannot be decoded: {error}"
-        return Decoded(pd.DataFrame(), none, (Finding("unknown", text, topic=channel.topic, count=len(start)),))
+        return Decoded(
+            pd.DataFrame(), none, (Finding("unknown", text, topic=channel.topic, count=len(start)),)
+        )
 
 
 def _cdr(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Decoded:
@@ -59,7 +61,9 @@ def _cdr(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Decod
 
 
 def _broken(channel: Channel, count: int) -> Finding:
-    return Finding("damaged", f"{count} messages do not fit their definition", topic=channel.topic, count=count)
+    return Finding(
+        "damaged", f"{count} messages do not fit their definition", topic=channel.topic, count=count
+    )
 
 
 def full_name(name: str) -> str:

@@ -36,7 +36,9 @@ class Gathered:
         key = (found.kind, found.topic or "")
         before = self.findings.get(key)
         count = found.count + (before.count if before else 0)
-        self.findings[key] = Finding(found.kind, found.message, found.offset, found.length, found.topic, count)
+        self.findings[key] = Finding(
+            found.kind, found.message, found.offset, found.length, found.topic, count
+        )
 
 
 def gather(
@@ -74,7 +76,9 @@ def _take(gathered: Gathered, channel: Channel, batch: Batch, rows: NDArray[np.i
         gathered.tables.setdefault(channel.topic, []).append(table)
 
 
-def finish(gathered: Gathered, findings: Iterable[Finding], damaged: int, topics: frozenset[str] | None) -> Decoded:
+def finish(
+    gathered: Gathered, findings: Iterable[Finding], damaged: int, topics: frozenset[str] | None
+) -> Decoded:
     """Tables, units, sources of all topics.
 
     Raises
@@ -113,7 +117,10 @@ def _stacked(parts: list[pd.DataFrame]) -> pd.DataFrame:
         return parts[0]
     names = list(dict.fromkeys(c for p in parts for c in p.columns))
     index = np.concatenate([p.index.to_numpy() for p in parts])
-    columns = {n: _stacked_column([p[n] if n in p else pd.Series(np.nan, index=p.index) for p in parts]) for n in names}
+    columns = {
+        n: _stacked_column([p[n] if n in p else pd.Series(np.nan, index=p.index) for p in parts])
+        for n in names
+    }
     return pd.DataFrame(columns).set_axis(pd.Index(index, name="t_ns"), axis=0)
 
 

@@ -98,7 +98,12 @@ class _Repeated:
 
 
 def _message(
-    program: Program, definitions: Definitions, name: str, prefix: str, lengths: Mapping[str, int], inside: object
+    program: Program,
+    definitions: Definitions,
+    name: str,
+    prefix: str,
+    lengths: Mapping[str, int],
+    inside: object,
 ) -> None:
     if name not in definitions:
         raise UnknownType(name)
@@ -110,7 +115,12 @@ def _message(
 
 
 def _member(
-    program: Program, definitions: Definitions, what: Any, path: str, lengths: Mapping[str, int], inside: object
+    program: Program,
+    definitions: Definitions,
+    what: Any,
+    path: str,
+    lengths: Mapping[str, int],
+    inside: object,
 ) -> None:
     kind, detail = int(what[0]), what[1]
     if kind == 1:

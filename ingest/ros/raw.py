@@ -39,7 +39,9 @@ class RawStream:
 
 def is_raw(channel: Channel) -> bool:
     """Whether a channel's messages are pieces of a byte stream."""
-    return channel.encoding.lower() in RAW_ENCODINGS or (not channel.encoding and channel.topic.startswith("/raw/"))
+    return channel.encoding.lower() in RAW_ENCODINGS or (
+        not channel.encoding and channel.topic.startswith("/raw/")
+    )
 
 
 def decode_raw(
@@ -70,7 +72,11 @@ def decode_raw(
 
 
 def _serial(
-    channel: Channel, data: bytes, offsets: NDArray[np.int64], times: NDArray[np.int64], topics: frozenset[str] | None
+    channel: Channel,
+    data: bytes,
+    offsets: NDArray[np.int64],
+    times: NDArray[np.int64],
+    topics: frozenset[str] | None,
 ) -> RawStream:
     from ingest.marine.rules import sources_of
     from ingest.marine.stream import decode_stream
@@ -84,7 +90,11 @@ def _serial(
 
 
 def _mavlink(
-    channel: Channel, data: bytes, offsets: NDArray[np.int64], times: NDArray[np.int64], topics: frozenset[str] | None
+    channel: Channel,
+    data: bytes,
+    offsets: NDArray[np.int64],
+    times: NDArray[np.int64],
+    topics: frozenset[str] | None,
 ) -> RawStream:
     from ingest.detect import detect
     from ingest.mavlink.damage import damage_findings, uncovered
@@ -99,6 +109,8 @@ def _mavlink(
     arrived = times[np.clip(np.searchsorted(offsets, end - 1, side="right") - 1, 0, len(times) - 1)]
     tables = decode_frames(Timed(memoryview(data), frames, arrived), dialect, topics)
     offset, length = uncovered(start, end, len(data))
-    findings = tuple(replace(f, topic=channel.topic) for f in damage_findings(offset, length, len(data), cut=True))
+    findings = tuple(
+        replace(f, topic=channel.topic) for f in damage_findings(offset, length, len(data), cut=True)
+    )
     sources = chosen_component(detect(RULES, tables), tables)
     return RawStream(tables, field_units(tables.keys(), dialect), sources, findings, int(length.sum()))

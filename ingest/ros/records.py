@@ -139,7 +139,7 @@ def _pieces(data: memoryview, contents: Contents) -> Iterator[Batch]:
         if opcode == MESSAGE:
             stop = _bare_messages(np.frombuffer(data, np.uint8), p)
             for batch in _messages(data[p:stop], contents):
-                contents.last_time = int(batch.log_time[-1])
+                contents.last_time = int(np.median(batch.log_time[-9:]))
                 before = p + int(batch.start[-1]) - MESSAGE_HEAD - PREFIX
                 yield batch
             p = stop
@@ -248,7 +248,9 @@ def _chunk(data: memoryview, body: int, end: int, offset: int, contents: Content
     if len(packed) < length:
         contents.damage("truncated", "the last chunk is cut off; read up to the break", offset, end - offset)
     elif len(unpacked) < size:
-        contents.damage("damaged", f"a chunk ({compression or 'plain'}) does not unpack", offset, end - offset)
+        contents.damage(
+            "damaged", f"a chunk ({compression or 'plain'}) does not unpack", offset, end - offset
+        )
     elif crc and zlib.crc32(unpacked) != crc:
         contents.damage("damaged", "wrong checksum of a chunk; its records are kept", offset, end - offset)
     yield from _messages(unpacked, contents)
@@ -320,7 +322,7 @@ def _scan(data: Bytes) -> tuple[Integers, Integers, Integers, Integers, Integers
     while p + PREFIX <= len(data) and n < size:
         length = _length(data, p + 1)
         if length < 0 or length > len(data) - p - PREFIX or not 1 <= data[p] <= LAST_OPCODE:
-            p = _next_message(data, max(before, 0) + 1, times[n - 1] if n else 0)
+            p = _next_message(data, max(before, 0) + 1, times[max(0, n - 3)] if n else 0)
             before = p
             continue
         if data[p] == MESSAGE and length >= MESSAGE_HEAD:
@@ -344,7 +346,11 @@ def _next_message(data: Bytes, p: int, last: int) -> int:
         if data[p] == MESSAGE:
             length = _length(data, p + 1)
             after = p + PREFIX + length
-            if MESSAGE_HEAD <= length and after <= len(data) and (after == len(data) or data[after] <= LAST_OPCODE):
+            if (
+                MESSAGE_HEAD <= length
+                and after <= len(data)
+                and (after == len(data) or data[after] <= LAST_OPCODE)
+            ):
                 if abs(_length(data, p + PREFIX + 6) - last) < 3_600_000_000_000:
                     return p
         p += 1

@@ -83,7 +83,11 @@ def _vector(topic: str, table: pd.DataFrame) -> list[Rule]:
         return []
     fields = {"north": "vector.y", "east": "vector.x"}
     body = {"forward": "vector.x", "starboard": "vector.y"}
-    return [Rule("velocity", topic, body if _in_body(table) else fields, "m/s", 45, _ENU if _in_body(table) else {})]
+    return [
+        Rule(
+            "velocity", topic, body if _in_body(table) else fields, "m/s", 45, _ENU if _in_body(table) else {}
+        )
+    ]
 
 
 _KINDS = {
