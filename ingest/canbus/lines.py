@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ingest.canbus.damage import merged
 from ingest.canbus.frames import Frames, implausible_lengths, joined
 
-CHUNK = 1 << 19
+CHUNK = 1 << 17
 LINE_ENDS = (b"\r", b"\n")
 NOT_HEX = bytes(set(range(256)) - set(b"0123456789abcdefABCDEF"))
 
