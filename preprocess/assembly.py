@@ -51,8 +51,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
     segments = find_segments(judged, vessel)
     wanted = sensor_times(judged)
-    heading = smooth_chain(heading_streams(judged), segments, wanted)
-    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted)
+    heading = smooth_chain(heading_streams(judged), segments, wanted, inputs)
+    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted, inputs)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)

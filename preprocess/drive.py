@@ -18,7 +18,7 @@ from preprocess.levels import Levels
 from preprocess.trial import FloatArray
 
 #: Effective observations that speak for the even intensity.
-PRIOR_COUNT = 4.0
+PRIOR_COUNT = 1.0
 ITERATIONS = 5
 LIMIT = float(np.log(1e3))
 #: Half window as a multiple of the smoother's memory.
@@ -74,8 +74,8 @@ def find_drive(
     if len(streams) == 1 and span < LEAST_MEMORY * step:
         return None
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
-    even = np.zeros(len(rows.t))
-    slow = _adapt(rows, levels, prior, np.log(rows.scale), even, MEMORIES * span, PRIOR_COUNT)
+    base = np.log(rows.scale)
+    slow = _adapt(rows, levels, prior, base, base, MEMORIES * span, PRIOR_COUNT)
     return Drive(rows.t, _adapt(rows, levels, prior, slow, slow, FAST * step, FAST_COUNT))
 
 
@@ -91,7 +91,8 @@ def _adapt(
     """Re-estimate the intensity over a window, held to ``towards`` by ``count`` effective observations."""
     for _ in range(ITERATIONS):
         out = smooth(replace(rows, scale=np.exp(log_scale)), levels.q, prior)
-        found = window_sum(rows.t, out.drive, half) + count * np.exp(towards - log_scale)
-        expected = window_sum(rows.t, out.drive_expected, half) + count
-        log_scale = np.clip(log_scale + np.log(found / expected), -LIMIT, LIMIT)
+        found, expected = window_sum(rows.t, out.drive, half), window_sum(rows.t, out.drive_expected, half)
+        slope = 0.5 * (found - expected) - (log_scale - towards) / count**2
+        step = slope / (0.5 * np.maximum(found, expected) + 1.0 / count**2)
+        log_scale = np.clip(log_scale + np.clip(step, -2.0, 2.0), -LIMIT, LIMIT)
     return log_scale

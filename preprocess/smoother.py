@@ -7,6 +7,7 @@ deviations follow from both.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,12 +15,13 @@ import pandas as pd
 
 from preprocess import frames
 from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.commanded import commanded_drive
 from preprocess.drive import find_drive
 from preprocess.gate import gate, truncation
 from preprocess.kalman import Smoothed, smooth
 from preprocess.levels import Levels, estimate_levels
 from preprocess.outliers import sliding_three_sigma
-from preprocess.trial import FloatArray
+from preprocess.trial import FloatArray, Measurement
 
 #: Rounds of estimating noise levels and setting outliers aside.
 ROUNDS = 4
@@ -94,7 +96,7 @@ def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
 
 
 def clean_and_level(
-    streams: tuple[Stream, ...], segments: Segments
+    streams: tuple[Stream, ...], segments: Segments, inputs: Mapping[str, Measurement]
 ) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
     """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands.
 
@@ -103,14 +105,16 @@ def clean_and_level(
     streams = tuple(without_jumps(s) for s in streams)
     levels, prior = first_guess(streams)
     nothing: FloatArray = np.empty(0)
+    cut, least = truncation(streams[0].value.shape[1]), least_noise(streams, segments)
     drive: Drive | None = None
-    cut = truncation(streams[0].value.shape[1])
-    least = least_noise(streams, segments)
     for k in range(ROUNDS):
-        assembled = assemble(streams, segments, nothing, drive)
-        levels = chain_levels(streams, assembled, levels, prior, least)
-        if k > 0 and streams[0].value.shape[1] == 1:
-            drive = find_drive(streams, assembled, levels, prior)
+        levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
+        if k < 2:
+            drive = commanded_drive(streams, segments, inputs, levels, prior) or drive
+        if k > 0 and drive is None and streams[0].value.shape[1] == 1:
+            drive = find_drive(streams, assemble(streams, segments, nothing), levels, prior)
+        if k < 2:
+            levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
         cleaned = gate(streams, segments, levels, prior, drive)
         same = all((a.good == b.good).all() for a, b in zip(cleaned, streams, strict=True))
         streams = cleaned
@@ -129,7 +133,11 @@ def without_jumps(stream: Stream) -> Stream:
 
 
 def smooth_chain(
-    streams: tuple[Stream, ...], segments: Segments, wanted: FloatArray, q: float | None = None
+    streams: tuple[Stream, ...],
+    segments: Segments,
+    wanted: FloatArray,
+    inputs: Mapping[str, Measurement] | None = None,
+    q: float | None = None,
 ) -> ChainResult:
     """Smooth one chain at the wanted times; levels that are not given are estimated.
 
@@ -138,11 +146,13 @@ def smooth_chain(
     streams : tuple of Stream
     segments : tuple of (start, end)
     wanted : (n,) s
+    inputs : mapping of str to Measurement, optional
+        When they change, more is expected of the motion.
     q : float, optional
         Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
     """
     if q is None:
-        streams, levels, prior, drive = clean_and_level(streams, segments)
+        streams, levels, prior, drive = clean_and_level(streams, segments, inputs or {})
     else:
         guess, prior = first_guess(streams)
         levels, drive = replace(guess, q=q), None

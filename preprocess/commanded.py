@@ -1,0 +1,129 @@
+"""How hard the inputs drive the vessel, over time: when they change, accelerations jump.
+
+The logged inputs say when to expect more of the motion, not what: only the process intensity of a chain follows
+them, as ``1 + B Σ (Δ/range)² e^(-(t - t_k)/τ)`` over the changes before. B and τ are chosen by likelihood; B = 0,
+an even intensity, where the inputs explain nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+
+from preprocess.chains import Drive, Segments, Stream, assemble, variances
+from preprocess.kalman import Rows, cost
+from preprocess.levels import Levels, thin_out
+from preprocess.trial import FloatArray, Measurement
+
+#: Factors B and times τ (s) that are tried.
+BOOSTS = (30.0, 1e3, 3e4)
+TIMES = (0.15, 0.5, 1.5, 5.0)
+#: Gain in -2 log likelihood below which the intensity stays even.
+LEAST_GAIN = 10.0
+
+
+@njit(cache=True)
+def _decaying_sum(t, jump, tau, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    total = 0.0
+    for i in range(len(t)):
+        if i > 0:
+            total *= np.exp(-(t[i] - t[i - 1]) / tau)
+        total += jump[i]
+        out[i] = total
+
+
+def changes(inputs: Mapping[str, Measurement]) -> tuple[FloatArray, FloatArray]:
+    """Times of the inputs' samples (n,) s, and the squared change at each as a share of the range, summed."""
+    moving = [m for m in inputs.values() if len(m.t) > 2 and np.ptp(m.value) > 0.0]
+    if not moving:
+        return np.empty(0), np.empty(0)
+    t = np.unique(np.concatenate([m.t for m in moving]))
+    jump = np.zeros(len(t))
+    for m in moving:
+        share = np.diff(m.value[m.good]) / np.ptp(m.value[m.good])
+        jump[np.searchsorted(t, m.t[m.good][1:])] += share**2
+    return t, jump
+
+
+def profile(t: FloatArray, jump: FloatArray, boost: float, tau: float) -> Drive:
+    """The drive for given B and τ."""
+    total = np.empty(len(t))
+    _decaying_sum(t, jump, tau, total)
+    return Drive(t, np.log1p(boost * total))
+
+
+def commanded_drive(
+    streams: tuple[Stream, ...],
+    segments: Segments,
+    inputs: Mapping[str, Measurement],
+    levels: Levels,
+    prior: FloatArray,
+) -> Drive | None:
+    """Choose how the inputs drive a chain; None where an even intensity is as likely.
+
+    Parameters
+    ----------
+    streams : tuple of Stream
+    segments : tuple of (start, end)
+    inputs : mapping of str to Measurement
+    levels : Levels
+        Noise levels to try with; the intensity is fitted anew for each trial.
+    prior : (3,)
+    """
+    t, jump = changes(inputs)
+    if not len(t):
+        return None
+    assembled = assemble(streams, segments, np.empty(0))
+    variance = variances(assembled.stream, levels.sigma)
+    rows, _ = thin_out(replace(assembled.rows, variance=variance), assembled.stream)
+    best = fitted_cost(rows, levels.q, prior) - LEAST_GAIN
+    chosen: tuple[float, float] | None = None
+    for tau in TIMES:
+        for boost in BOOSTS:
+            drive = profile(t, jump, boost, tau)
+            scale = np.exp(np.interp(rows.t, drive.t, drive.log_scale))
+            value = fitted_cost(replace(rows, scale=scale), levels.q / np.sqrt(boost), prior)
+            if value < best:
+                best, chosen = value, (boost, tau)
+    return None if chosen is None else refined(rows, t, jump, chosen, levels.q, prior)
+
+
+def refined(
+    rows: Rows, t: FloatArray, jump: FloatArray, start: tuple[float, float], q: float, prior: FloatArray
+) -> Drive:
+    """B and τ of the greatest likelihood near a first choice, the intensity free beside them."""
+    from scipy.optimize import minimize
+
+    def objective(x: FloatArray) -> float:
+        boost, tau, level = np.exp(np.clip(x, -40.0, 40.0))
+        drive = profile(t, jump, float(boost), float(np.clip(tau, 0.02, 60.0)))
+        scale = np.exp(np.interp(rows.t, drive.t, drive.log_scale))
+        return cost(replace(rows, scale=scale), float(level), prior)
+
+    first = np.log([*start, q / np.sqrt(start[0])])
+    simplex = np.vstack([first, first + np.diag([1.5, 0.7, -1.5])])
+    options = {"initial_simplex": simplex, "maxfev": 120, "xatol": 0.02, "fatol": 0.1}
+    best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+    boost, tau, _ = np.exp(np.clip(np.asarray(best.x), -40.0, 40.0))
+    return profile(t, jump, float(boost), float(np.clip(tau, 0.02, 60.0)))
+
+
+def fitted_cost(rows: Rows, q: float, prior: FloatArray) -> float:
+    """Least -2 log likelihood over the process intensity, by golden section on its logarithm."""
+    ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+    low, high = np.log(q) - 9.0, np.log(q) + 9.0
+    a, b = high - ratio * (high - low), low + ratio * (high - low)
+    fa, fb = cost(rows, float(np.exp(a)), prior), cost(rows, float(np.exp(b)), prior)
+    for _ in range(8):
+        if fa < fb:
+            high, b, fb = b, a, fa
+            a = high - ratio * (high - low)
+            fa = cost(rows, float(np.exp(a)), prior)
+        else:
+            low, a, fa = a, b, fb
+            b = low + ratio * (high - low)
+            fb = cost(rows, float(np.exp(b)), prior)
+    return min(fa, fb)
