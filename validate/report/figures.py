@@ -19,6 +19,8 @@ CHANNELS = (
     ("r", "yaw rate", "°/s", DEG),
     ("psi", "heading", "°", DEG),
 )
+#: Predictions beyond this (SI) are drawn there.
+RUNAWAY = 1e12
 SYMBOL = {"psi": "ψ"}
 
 
@@ -31,10 +33,10 @@ class Figure:
 
 
 def column(table: pd.DataFrame, name: str, scale: float = 1.0) -> FloatArray | None:
-    """A column as floats, or None where it is absent or wholly empty."""
+    """A column as floats, or None where it is absent or wholly empty; what ran away ends at `RUNAWAY`."""
     if name not in table:
         return None
-    values = table[name].to_numpy(np.float64, na_value=np.nan) * scale
+    values = np.clip(table[name].to_numpy(np.float64, na_value=np.nan), -RUNAWAY, RUNAWAY) * scale
     return values if np.isfinite(values).any() else None
 
 

@@ -11,7 +11,7 @@ from identify.fit import Fit
 from preprocess.trial import FloatArray, Trial
 from preprocess.vessel import Vessel
 from validate.report.figures import Figure, column
-from validate.report.svg import FINE, dots, limits_of, line, path, picture, text, tick_text, ticks
+from validate.report.svg import FINE, dots, limits_of, line, path, picture, text, tick_text, ticks, whole
 from validate.report.thinning import even, extremes
 
 WIDTH, HEIGHT, EDGE = 420.0, 248.0, 14.0
@@ -117,7 +117,7 @@ def _fixes(chart: Chart, trials: list[Trial]) -> str:
 def crosses(px: FloatArray, py: FloatArray, arm: float = 3.0) -> str:
     """The ``d`` of a cross at each point."""
     ok = np.isfinite(px) & np.isfinite(py)
-    x, y = np.rint(px[ok] * FINE).astype(int), np.rint(py[ok] * FINE).astype(int)
+    x, y = whole(px[ok]), whole(py[ok])
     a = round(arm * FINE)
     corner = zip((x - a).tolist(), (y - a).tolist(), strict=True)
     return "".join(f"M{p} {q}l{2 * a} {2 * a}m0 {-2 * a}l{-2 * a} {2 * a}" for p, q in corner)

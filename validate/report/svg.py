@@ -10,12 +10,14 @@ from html import escape
 import numpy as np
 
 from preprocess.trial import FloatArray
-from validate.report.thinning import extremes
+from validate.report.thinning import IntArray, extremes
 
 #: Drawing units per pixel: integers in paths are tenths of a pixel.
 FINE = 10
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 420, 248, 52, 8, 8, 34, 12
 MOST = 420
+#: Pixels beyond which nothing is drawn where it is.
+FAR = 20_000.0
 
 
 @dataclass(frozen=True)
@@ -79,19 +81,21 @@ def finite_range(arrays: Sequence[FloatArray]) -> tuple[float, float]:
     return float(min(a.min() for a in finite)), float(max(a.max() for a in finite))
 
 
+def whole(pixels: FloatArray) -> IntArray:
+    """Drawing units, whole; what lies far outside of any picture is brought to its surroundings."""
+    return np.rint(np.clip(pixels, -FAR, FAR) * FINE).astype(np.int64)
+
+
 def path(px: FloatArray, py: FloatArray) -> str:
     """The ``d`` of a path through points in pixels, broken where one is not finite; relative, in tenths."""
     ok = np.isfinite(px) & np.isfinite(py)
-    x = np.rint(np.where(ok, px, 0) * FINE).astype(np.int64)
-    y = np.rint(np.where(ok, py, 0) * FINE).astype(np.int64)
+    x, y = whole(np.where(ok, px, 0)), whole(np.where(ok, py, 0))
     starts = np.flatnonzero(ok & ~np.concatenate([[False], ok[:-1]]))
     ends = np.flatnonzero(ok & ~np.concatenate([ok[1:], [False]])) + 1
     return "".join(_stroke(x[a:b], y[a:b]) for a, b in zip(starts, ends, strict=True))
 
 
-def _stroke(
-    x: np.ndarray[tuple[int, ...], np.dtype[np.int64]], y: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-) -> str:
+def _stroke(x: IntArray, y: IntArray) -> str:
     moves = np.column_stack([np.diff(x), np.diff(y)])
     moves = moves[moves.any(axis=1)]
     return f"M{x[0]} {y[0]}" + ("l" + " ".join(map(str, moves.ravel().tolist())) if len(moves) else "h0")
@@ -100,7 +104,7 @@ def _stroke(
 def dots(px: FloatArray, py: FloatArray) -> str:
     """The ``d`` of a path that draws a dot at each point (with a round line cap)."""
     ok = np.isfinite(px) & np.isfinite(py)
-    x, y = np.rint(px[ok] * FINE).astype(np.int64).tolist(), np.rint(py[ok] * FINE).astype(np.int64).tolist()
+    x, y = whole(px[ok]).tolist(), whole(py[ok]).tolist()
     return "".join(f"M{a} {b}h0" for a, b in zip(x, y, strict=True))
 
 
