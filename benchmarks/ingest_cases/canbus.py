@@ -1,4 +1,4 @@
-"""candump against python-can, to frames and (with nmea2000) to decoded columns; nmea2000 encodes the payloads."""
+"""candump against python-can, to frames and (with nmea2000) to columns; nmea2000 encodes the payloads."""
 
 from __future__ import annotations
 
