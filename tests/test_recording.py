@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -232,3 +233,47 @@ def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path):
         found = column(chunks, entities.prediction(NAME, "v", part), "scalars")
         assert len(found) <= MOST + 2
         assert (found.min(), found.max()) == (table[f"v_{part}"].min(), table[f"v_{part}"].max())
+
+
+@pytest.mark.slow
+def test_the_viewer_opens_it_without_a_complaint(file, results, tmp_path):
+    command = shutil.which("rerun", path=str(Path(sys.executable).parent))
+    if command is None:
+        pytest.skip("the rerun command is not installed beside Python")
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        port = s.getsockname()[1]
+    environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
+    words = [command, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
+    with subprocess.Popen(
+        words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as viewer:
+        try:
+            state = state_of(f"rerun+http://127.0.0.1:{port}/proxy", file)
+        finally:
+            viewer.terminate()
+    if state is None:
+        pytest.skip("the viewer does not start here: no graphics driver")
+    origins = {view.origin.lstrip("/") for view in state.views}
+    assert {entities.REPORT, entities.plan(NAME, "").rstrip("/"), f"{entities.DIAGNOSIS}/summary"} <= origins
+    assert not [(view.name, view.reports) for view in state.views if view.reports]
+    timelines = {t.name: t for r in state.recordings for t in r.timelines}
+    assert timelines["elapsed"].end == round(results.trials[0].states["t"].max() * 1e9)
+    assert timelines["utc"].start == results.trials[0].utc_ns
+
+
+def state_of(url, file):
+    """What a viewer shows after it has opened a file; None where it cannot be reached."""
+    from rerun.experimental import ViewerClient
+
+    patience = time.monotonic() + 20
+    while time.monotonic() < patience:
+        try:
+            client = ViewerClient(url)
+        except ConnectionError:
+            time.sleep(0.3)
+            continue
+        client.open(str(file))
+        client.take_screenshot()
+        return client.get_state()
+    return None
