@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from fixtures import make_demo
 from fixtures.blind import draw_case, write_case
 from fixtures.campaign import record_campaign, write_campaign
 from fixtures.effects import World
@@ -247,3 +251,25 @@ def test_blind_cases_are_reproducible_and_sound(tmp_path, seed):
     assert len(campaign["log"]) == len(case.manoeuvres)
     for effect in truth["effects"]:
         assert set(effect.get("logs", ())) <= {e["path"] for e in campaign["log"] if e["role"] == "identify"}
+
+
+def test_the_demo_is_what_its_command_makes(tmp_path, capsys):
+    demo = Path(make_demo.__file__).parent / "demo"
+    sums = re.findall(r"^([0-9a-f]{64})  (\S+)$", (demo / "README.md").read_text(encoding="utf-8"), re.M)
+    assert {name for _, name in sums} == {p.name for p in demo.iterdir() if p.suffix} - {"README.md"}
+    for digest, name in sums:
+        assert hashlib.sha256((demo / name).read_bytes()).hexdigest() == digest, name
+    make_demo.main(["--out", str(tmp_path)])
+    capsys.readouterr()
+    for _, name in sums:
+        stored, made = ((d / name).read_text().splitlines() for d in (demo, tmp_path))
+        same = sum(a == b for a, b in zip(stored, made, strict=True))
+        assert same >= 0.99 * len(stored), name  # the last digit may differ between processors
+    assert sum(p.stat().st_size for p in demo.iterdir()) < 800_000
+
+
+def test_the_simulator_imports_nothing_of_the_stages():
+    stages = ("ingest", "preprocess", "identify", "validate", "seatrial")
+    for path in Path(make_demo.__file__).parent.rglob("*.py"):
+        names = re.findall(r"^\s*(?:from|import)\s+(\w+)", path.read_text(encoding="utf-8"), re.M)
+        assert not set(names) & set(stages), path
