@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,15 +10,17 @@ import pandas as pd
 from numpy.typing import NDArray
 
 
-def text_column(raw: NDArray[np.bytes_], cut: bool = False) -> NDArray[np.object_]:
-    """Decode fixed-size strings: each distinct one once; UTF-8, or else Latin-1.
-
-    Zeros at the end are dropped; with ``cut``, all that follows the first zero.
-    """
+def text_column(raw: NDArray[np.bytes_], decode: Callable[[bytes], str]) -> NDArray[np.object_]:
+    """Decode fixed-size strings, without the zeros at their end: each distinct one once."""
     distinct, which = np.unique(raw, return_inverse=True)
     texts = np.empty(len(distinct), dtype=object)
-    texts[:] = [decoded(bytes(t).split(b"\0")[0] if cut else bytes(t)) for t in distinct]
+    texts[:] = [decode(bytes(t)) for t in distinct]
     return texts[which.ravel()]
+
+
+def ascii_text(raw: bytes) -> str:
+    """What comes before the first zero, in ASCII; what is none is replaced (as pymavlink shows strings)."""
+    return raw.split(b"\0")[0].decode("ascii", errors="replace")
 
 
 def decoded(raw: bytes) -> str:
@@ -29,6 +31,11 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
+def terminated(raw: bytes) -> str:
+    """What comes before the first zero: UTF-8, or else Latin-1 (as DFReader shows DataFlash strings)."""
+    return decoded(raw.split(b"\0")[0])
+
+
 def spread(records: NDArray[np.void], fields: Iterable[str]) -> dict[str, NDArray[np.generic]]:
     """One column per field; an array field gives ``name[0]``, ``name[1]``, …; strings are decoded."""
     out: dict[str, NDArray[np.generic]] = {}
@@ -37,7 +44,7 @@ def spread(records: NDArray[np.void], fields: Iterable[str]) -> dict[str, NDArra
         if values.ndim == 2:
             out.update({f"{name}[{k}]": values[:, k] for k in range(values.shape[1])})
         else:
-            out[name] = text_column(values) if values.dtype.kind == "S" else values
+            out[name] = text_column(values, ascii_text) if values.dtype.kind == "S" else values
     return out
 
 

@@ -188,7 +188,7 @@ def table_of(
     layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64], instance: int | None
 ) -> pd.DataFrame:
     """The table of one type of record, or of one instance of it."""
-    from ingest.mavlink.columns import table, text_column
+    from ingest.mavlink.columns import table, terminated, text_column
     from ingest.mavlink.dataflash_format import scaled
 
     columns: dict[str, NDArray[np.generic]] = {}
@@ -197,7 +197,7 @@ def table_of(
         if values.ndim == 2:
             columns.update({f"{name}[{k}]": values[:, k] for k in range(values.shape[1])})
         elif values.dtype.kind == "S":
-            columns[name] = text_column(values, cut=True)
+            columns[name] = text_column(values, terminated)
         else:
             columns[name] = scaled(values, letter)
     if instance is not None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.mavlink.columns import decoded
+from ingest.mavlink.columns import terminated
 
 #: numpy type of each format character.
 TYPES: Mapping[str, Any] = {
@@ -83,7 +83,7 @@ def unique(names: list[str]) -> list[str]:
 
 def text(raw: bytes) -> str:
     """Characters before the first zero."""
-    return decoded(bytes(raw).split(b"\0")[0])
+    return terminated(bytes(raw))
 
 
 @dataclass(frozen=True)
