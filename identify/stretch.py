@@ -56,6 +56,8 @@ class Stretch:
         As logged.
     states : (steps + 1, 6)
         Smoothed x, y, psi, u, v, r (over ground) on the grid.
+    sigmas : (steps + 1, 3)
+        Standard deviation of the smoothed u, v, r.
     wind : (steps, 2)
         Velocity of the air, north and east; zeros where not logged.
     samples : Samples
@@ -70,6 +72,7 @@ class Stretch:
     steps: int
     inputs: Mapping[str, Measurement]
     states: FloatArray
+    sigmas: FloatArray
     wind: FloatArray
     samples: Samples
 
@@ -100,10 +103,12 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
     t, values = t[known], values[known]
     steps = int((t[-1] - t[0]) / h)
     grid = t[0] + h * np.arange(steps + 1)
+    sigma = states[["sigma_u", "sigma_v", "sigma_r"]].to_numpy(dtype=float)[known]
+    sigmas = np.column_stack([np.interp(grid, t, column) for column in np.nan_to_num(sigma).T])
     on_grid = np.column_stack([np.interp(grid, t, column) for column in values.T])
     return Stretch(
         trial.name, trial.role, float(t[0]), trial.start + float(t[0]), h, steps, trial.inputs, on_grid,
-        _wind(trial, grid), _samples(trial, grid[0], grid[-1]),
+        sigmas, _wind(trial, grid), _samples(trial, grid[0], grid[-1]),
     )  # fmt: skip
 
 

@@ -62,7 +62,9 @@ def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     return sorted(found, key=lambda x: -x.gain)
 
 
-def _extended(structure: Structure, p: FloatArray, actives: Sequence[Active]) -> tuple[Structure, FloatArray, list[FloatArray]]:
+def extended(
+    structure: Structure, p: FloatArray, actives: Sequence[Active]
+) -> tuple[Structure, FloatArray, list[FloatArray]]:
     """Structure with effects added, its parameters at their nulls, and where each effect's parameters are."""
     wide = replace(structure, actives=(*structure.actives, *actives))
     values = {(s.effect, s.name): v for s, v in zip(structure.slots, p, strict=True)}
@@ -76,7 +78,7 @@ def _extended(structure: Structure, p: FloatArray, actives: Sequence[Active]) ->
     return wide, out, places
 
 
-def _normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Information and score (priors included) of a structure at ``p``, with the fit's first states; and the cost."""
     solution, problem = fitted.solution, fitted.problem
     now = moments(problem, wide, p, solution.first)
@@ -94,13 +96,13 @@ def _normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray,
 
 def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     structure, p = fitted.solution.structure, fitted.solution.p
-    wide, start, places = _extended(structure, p, actives)
-    information, score, _ = _normal(fitted, wide, start)
+    wide, start, places = extended(structure, p, actives)
+    information, score, _ = normal(fitted, wide, start)
     base = np.setdiff1d(np.arange(len(start)), np.concatenate(places))
     found = []
     for active, mine in zip(actives, places, strict=True):
         gain, step = _schur_gain(information, score, base, mine)
-        alone, q, [own] = _extended(structure, p, [active])
+        alone, q, [own] = extended(structure, p, [active])
         q[own] += _within(alone, own, q[own], step)
         found.append(Screened(active, q, gain))
     return found
@@ -143,10 +145,10 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
 
 def _screen_at(fitted: Fitted, active: Active, start: dict[str, float]) -> Screened:
     structure, solution = fitted.solution.structure, fitted.solution
-    wide, p, [mine] = _extended(structure, solution.p, [active])
+    wide, p, [mine] = extended(structure, solution.p, [active])
     for k in mine:
         p[k] = start.get(wide.slots[k].name, p[k])
-    information, score, cost = _normal(fitted, wide, p)
+    information, score, cost = normal(fitted, wide, p)
     if not np.isfinite(cost):
         return Screened(active, p, -np.inf)
     everything = np.arange(len(p))
@@ -166,9 +168,9 @@ def _normal_cost(fitted: Fitted) -> float:
 def _screen_wiring(fitted: Fitted, active: Active) -> Screened:
     """Another wiring needs other coefficients: those of a regression with it, then one look."""
     structure, problem = fitted.solution.structure, fitted.problem
-    wide, p, _ = _extended(structure, fitted.solution.p, [active])
+    wide, p, _ = extended(structure, fitted.solution.p, [active])
     p = start_by_regression(wide, p, problem.stretches)
-    information, score, cost = _normal(fitted, wide, p)
+    information, score, cost = normal(fitted, wide, p)
     if not np.isfinite(cost):
         return Screened(active, p, -np.inf, True)
     everything = np.arange(len(p))

@@ -22,6 +22,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 FALSE_ALARM = 0.01
 #: Two causes whose costs differ by less than this cannot be told apart (odds of 20 to 1).
 INDISTINCT = 6.0
+#: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
+FAR = 3.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
 
@@ -49,7 +51,7 @@ class Judged:
 
 def step_tolerance(fitted: Fitted) -> float:
     """When a search may stop: at a twentieth of a unit of cost, earlier while the model is far from the noise."""
-    return 0.05 if fitted.chi2_per_dof < 3.0 else 1e-4 * fitted.solution.cost
+    return 0.05 if fitted.chi2_per_dof < FAR else 1e-4 * fitted.solution.cost
 
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
@@ -94,26 +96,39 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
         fit = refit(base, screened, target=target)
         if np.isfinite(fit.solution.total):
             refitted.append((screened, fit))
-            target = min(target, fit.solution.total + 0.5 * (base.solution.total - fit.solution.total) + 50.0)
+            target = min(target, fit.solution.total + 0.5 * target_gap(base, fit))
     if not refitted:
         return base, []
+    if base.chi2_per_dof > FAR:
+        return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
     best = min(refitted, key=lambda x: x[1].solution.total)[1]
     weights = calibrated(best.problem, best.solution)
     base_there = under(weights, base)
-    judged = []
-    for screened, fit in refitted:
-        there = under(weights, fit)
-        judged.append(_judged(base_there, screened, there, tried))
+    near = [(s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)]
+    judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def target_gap(base: Fitted, best: Fitted) -> float:
+    """What the best candidate gains, and a little more."""
+    return base.solution.total - best.solution.total + 50.0
 
 
 def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
     gain = base.solution.total - fit.solution.total
     k = added_parameters(base, fit)
-    single = float(stats.chi2.sf(max(gain, 0.0), k))
-    family = float(-np.expm1(tried * np.log1p(-min(single, 1 - 1e-16))))
-    limit = float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), k))
-    return Judged(screened, fit, gain, k, family, gain - limit)
+    return Judged(screened, fit, gain, k, significance(gain, k, tried), gain - least_gain(k, tried))
+
+
+def significance(gain: float, k: int, tried: int) -> float:
+    """Probability that chance alone gives one of ``tried`` candidates with ``k`` parameters this gain."""
+    single = float(stats.chi2.sf(max(gain, 0.0), max(k, 1)))
+    return float(-np.expm1(tried * np.log1p(-min(single, 1 - 1e-16))))
+
+
+def least_gain(k: int, tried: int) -> float:
+    """Gain that chance gives in a share ``FALSE_ALARM`` of campaigns, ``tried`` candidates looked at."""
+    return float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), max(k, 1)))
 
 
 def free_running_error(fitted: Fitted) -> FloatArray:

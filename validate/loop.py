@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from identify.base_fit import Fitted, window_length
-from identify.effect import Active
+from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.windows import cut, first_states
-from identify.base_fit import fit_from_scratch
-from validate.candidates import Screened, candidates, prior_of, screen
-from validate.judgement import INDISTINCT, Judged, judge, under, worthwhile
+from validate.candidates import Screened, candidates, screen
+from validate.judgement import Judged, judge, least_gain, under, worthwhile
+from validate.look_alikes import Standing, dropped, loss_without, standing
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
@@ -43,16 +42,6 @@ class Outcome:
     fitted: Fitted
     turns: tuple[Turn, ...]
     standing: tuple[Standing, ...]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """An effect in the last fit: what dropping it would cost, its p-value, and what could stand in its place."""
-
-    active: Active
-    gain: float
-    p_value: float
-    look_alikes: tuple[str, ...]
 
 
 def search(prepared: Prepared, report: Callable[[str], None] = lambda _: None) -> Outcome:
@@ -99,62 +88,23 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
         fitted = under(problem, taken.fitted)
 
 
-def dropped(fitted: Fitted, index: int) -> Fitted:
-    """The fit without one of its effects, everything else free, under the same weights."""
-    solution = fitted.solution
-    structure = solution.structure.without(index)
-    keep = [k for k, s in enumerate(solution.structure.slots) if s.effect != index]
-    p = solution.p[keep]
-    prior = replace(fitted.prior, mean=fitted.prior.mean[keep], sd=fitted.prior.sd[keep])
-    anchor = first_states(fitted.problem)
-    return Fitted(fitted.problem, prior, solve(fitted.problem, structure, p, solution.first, prior, anchor=anchor, budget=20))
-
-
 def _pruned(fitted: Fitted, report: Callable[[str], None]) -> Fitted:
-    """Drop effects that no longer stand once the others are in."""
+    """Drop effects that no longer stand once the others are in, the weakest first."""
     while fitted.solution.structure.actives:
-        without = [dropped(fitted, k) for k in range(len(fitted.solution.structure.actives))]
-        gains = [w.solution.total - fitted.solution.total for w in without]
-        weakest = int(np.argmin(gains))
-        k = len(fitted.solution.p) - len(without[weakest].solution.p)
-        if gains[weakest] > _limit(k, len(candidates(without[weakest].solution.structure))):
+        actives = fitted.solution.structure.actives
+        losses = [loss_without(fitted, k) for k in range(len(actives))]
+        weakest = int(np.argmin(losses))
+        without = fitted.solution.structure.without(weakest)
+        k = len(fitted.solution.p) - len(without.slots)
+        if losses[weakest] > least_gain(k, len(candidates(without))):
             return fitted
-        report(f"dropped again: {fitted.solution.structure.actives[weakest].label}")
-        fitted = without[weakest]
+        report(f"dropped again: {actives[weakest].label}")
+        fitted = dropped(fitted, weakest)
     return fitted
 
 
-def _limit(k: int, tried: int) -> float:
-    from scipy import stats
-
-    from validate.judgement import FALSE_ALARM
-
-    return float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), max(k, 1)))
-
-
 def _standing(fitted: Fitted, report: Callable[[str], None]) -> tuple[Standing, ...]:
-    """For each effect, what could stand in its place: refit every candidate without it."""
-    out = []
-    for index, active in enumerate(fitted.solution.structure.actives):
-        base = dropped(fitted, index)
-        gain = base.solution.total - fitted.solution.total
-        actives = [a for a in candidates(base.solution.structure) if a.label != active.label]
-        rivals = [s for s in screen(base, actives)[:FINALISTS] if s.gain > 0.2 * gain]
-        _, judged = judge(base, rivals, len(actives) + 1) if rivals else (base, [])
-        mine = len(fitted.solution.p) - len(base.solution.p)
-        near = [j for j in judged if gain - j.gain - 2.0 * (mine - j.parameters) < INDISTINCT]
-        report(f"{active.label}: gain {gain:.0f}; look-alikes: {', '.join(j.label for j in near) or 'none'}")
-        out.append(Standing(active, gain, _p_value(gain, mine, len(actives) + 1), tuple(_named(j, active) for j in near)))
-    return tuple(out)
-
-
-def _p_value(gain: float, k: int, tried: int) -> float:
-    from scipy import stats
-
-    single = float(stats.chi2.sf(max(gain, 0.0), max(k, 1)))
-    return float(-np.expm1(tried * np.log1p(-min(single, 1 - 1e-16))))
-
-
-def _named(judged: Judged, active: Active) -> str:
-    other = judged.screened.active
-    return other.effect.name if other.effect.name != active.effect.name else other.label
+    found = tuple(standing(fitted, k) for k in range(len(fitted.solution.structure.actives)))
+    for s in found:
+        report(f"{s.active.label}: gain {s.gain:.0f}; look-alikes: {', '.join(s.look_alikes) or 'none'}")
+    return found

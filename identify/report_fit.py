@@ -1,0 +1,134 @@
+"""From a solution to a Fit: named parameters with standard errors, and the equations as they were fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.effect import Active
+from identify.fit import Estimated, Fit, FittedEffect
+from identify.output_error import information_of
+from identify.prepare import Prepared
+from identify.structure import Slot, Structure
+from identify.term import unit_of
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: A coefficient whose standard error is more than this share of it is not identified.
+LARGEST_ERROR = 0.5
+
+
+def covariance_of(fitted: Fitted) -> FloatArray:
+    """Covariance (np, np) of all parameters, errors weighted as they are correlated."""
+    information = information_of(fitted.solution, fitted.prior, fitted.problem.softening)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12)
+    return np.asarray(inverse * scale * scale[:, None], dtype=float)
+
+
+def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:
+    """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    covariance = covariance_of(fitted)
+    own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and s.coefficient >= 0]
+    coefficients = [_coefficient(structure.slots[k], p[k], covariance[k, k], fitted, k) for k in own]
+    effects, jacobians = [], []
+    for e, active in enumerate(structure.actives):
+        made, jacobian = fitted_effect(structure, p, covariance, e)
+        effects.append(made)
+        jacobians.append(jacobian)
+    rows = np.vstack([np.eye(len(p))[own], *jacobians])
+    notes = [*prepared.notes, *_lead_note(structure, p, covariance)]
+    return Fit(
+        structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(coefficients),
+        tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
+        prepared.digest, tuple(notes),
+    )  # fmt: skip
+
+
+def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: int) -> Estimated:
+    text, dof = (slot.term.text, slot.term.dof) if slot.term else (slot.name, "")
+    stderr = float(np.sqrt(max(variance, 0.0)))
+    at_bound = bool(fitted.solution.held[k])
+    reason = _reason(float(value), stderr, at_bound)
+    return Estimated(dof, slot.name, float(value), stderr, unit_of(text, dof), not reason, at_bound, reason, text)
+
+
+def _reason(value: float, stderr: float, at_bound: bool) -> str:
+    if at_bound:
+        return "at the bound that geometry sets"
+    if stderr > LARGEST_ERROR * abs(value):
+        return f"the standard error is {100 * stderr / max(abs(value), 1e-12):.0f} % of the value"
+    return ""
+
+
+def fitted_effect(
+    structure: Structure, p: FloatArray, covariance: FloatArray, index: int
+) -> tuple[FittedEffect, FloatArray]:
+    """One effect as reported, and the Jacobian (k, np) of what is reported with respect to all parameters."""
+    active = structure.actives[index]
+    mine = [k for k, s in enumerate(structure.slots) if s.effect == index]
+    names, values, jacobian = _reported(active, structure, p, mine)
+    variance = jacobian @ covariance @ jacobian.T
+    units = _units(active, structure, mine)
+    parameters = tuple(
+        Estimated("", n, float(v), float(np.sqrt(max(variance[j, j], 0.0))), units.get(n, ""))
+        for j, (n, v) in enumerate(zip(names, values, strict=True))
+    )
+    options = {k: list(v) if isinstance(v, tuple) else v for k, v in active.variant.options.items()}
+    return FittedEffect(active.effect.name, active.variant.input, parameters, options), jacobian
+
+
+def _units(active: Active, structure: Structure, mine: list[int]) -> dict[str, str]:
+    units = dict(active.effect.reported)
+    for k in mine:
+        slot = structure.slots[k]
+        units.setdefault(slot.name, unit_of(slot.term.text, slot.term.dof) if slot.term else slot.parameter.unit)
+    return units
+
+
+def _reported(
+    active: Active, structure: Structure, p: FloatArray, mine: list[int]
+) -> tuple[list[str], FloatArray, FloatArray]:
+    values = {structure.slots[k].name: float(p[k]) for k in mine}
+    report = active.effect.report
+    plain = [n for n in values if report is None or n not in {q.name for q in active.effect.parameters}]
+    names = plain + (list(report(values)) if report else [])
+
+    def at(v: dict[str, float]) -> FloatArray:
+        return np.array([v[n] for n in plain] + (list(report(v).values()) if report else []))
+
+    here = at(values)
+    jacobian = np.zeros((len(names), len(p)))
+    for k in mine:
+        step = 1e-6 * max(1.0, structure.slots[k].parameter.scale)
+        moved = at(values | {structure.slots[k].name: values[structure.slots[k].name] + step})
+        change = moved - here
+        jacobian[:, k] = np.where(np.abs(change) > np.pi, change - np.sign(change) * 2 * np.pi, change) / step
+    return names, here, jacobian
+
+
+def _lead_note(structure: Structure, p: FloatArray, covariance: FloatArray) -> list[str]:
+    for k, slot in enumerate(structure.slots):
+        if slot.name == "input_lead" and slot.effect < 0:
+            return [
+                f"The actuators are {p[k]:.3f} ± {np.sqrt(covariance[k, k]):.3f} s ahead of the logged inputs; up to "
+                f"{2 * slot.parameter.null:.3f} s follows from how seldom the inputs are logged."
+            ]
+    return []
+
+
+def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:
+    """The fitted equations as text, one per degree of freedom."""
+    lines = []
+    for dof, left in (("u", "u̇"), ("v", "v̇"), ("r", "ṙ"), ("e1", "ė₁"), ("e2", "ė₂")):
+        parts = [(p[k], s.term.text) for k, s in enumerate(structure.slots) if s.term is not None and s.term.dof == dof]
+        if parts:
+            lines.append(f"{left} = " + _sum(parts))
+    return tuple(lines)
+
+
+def _sum(parts: list[tuple[float, str]]) -> str:
+    signed = (f"{'−' if c < 0 else '+'} {abs(c):.4g}{'' if t == '1' else f' {t}'}" for c, t in parts)
+    return " ".join(signed).removeprefix("+ ")
+

@@ -1,0 +1,123 @@
+"""The analysis of a campaign: identify, validate, and find what the model lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from identify.base_fit import Fitted, fit_declared
+from identify.fit import Fit
+from identify.models import MODEL_BY_NAME
+from identify.prepare import Prepared, prepare
+from identify.report_fit import equations, make_fit
+from preprocess.trial import Trial
+from validate.diagnosis import Diagnosis, Validation
+from validate.loop import Outcome, search
+from validate.scores import predictions, validation
+from validate.tables import actuator_tables, prediction_tables
+from validate.verdict import diagnose
+
+Progress = Callable[[str, str, float], None]
+
+
+def silent(stage: str, text: str, fraction: float) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What an analysis found; the fields are those of ``validate.diagnosis.Results``."""
+
+    before: Fit
+    after: Fit
+    validation_before: Validation
+    validation_after: Validation
+    diagnosis: Diagnosis | None
+    predictions: Mapping[str, pd.DataFrame]
+    actuators: Mapping[str, pd.DataFrame]
+    equations: tuple[str, ...]
+    papers: tuple[str, ...]
+
+
+def analyse(
+    trials: Sequence[Trial],
+    *,
+    model: str = "auto",
+    estimator: str = "auto",
+    optimiser: str = "auto",
+    seed: int = 0,
+    loop: bool = True,
+    materiality: float = 0.10,
+    progress: Progress = silent,
+) -> Analysis:
+    """Identify the declared model on the identify trials, find what it lacks, and validate on the others.
+
+    Raises
+    ------
+    NotIdentifiable
+        Where there is nothing to identify on.
+    """
+    prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
+    after = outcome.fitted if outcome and outcome.standing else declared
+    progress("validate", "", 0.0)
+    made = [
+        make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
+        for f in ([declared] if after is declared else [declared, after])
+    ]
+    stretches = [*prepared.identify, *prepared.validate]
+    runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
+    scored = [validation(prepared.structure, stretches, r) for r in runs]
+    diagnosis = diagnose(prepared, outcome, scored[0], scored[1], materiality) if outcome else None
+    predicts = prepared.structure.model.predicts
+    tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
+    progress("validate", "", 1.0)
+    return Analysis(
+        made[0], made[-1], scored[0], scored[1], diagnosis, tables,
+        actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
+        equations(after.solution.structure, after.solution.p), _papers(after),
+    )  # fmt: skip
+
+
+def _identify(
+    trials: Sequence[Trial], model: str, estimator: str, optimiser: str, seed: int, loop: bool, progress: Progress
+) -> tuple[Prepared, Fitted, Outcome | None]:
+    del optimiser, seed
+    progress("identify", "", 0.0)
+    prepared = prepare(trials, _model(trials, model))
+    declared = fit_declared(prepared) if estimator in ("auto", "output_error") else _by_regression(prepared, estimator)
+    progress("identify", "", 1.0)
+    if not loop:
+        return prepared, declared, None
+    progress("diagnose", "", 0.0)
+    outcome = search(prepared, lambda text: progress("diagnose", text, 0.5))
+    progress("diagnose", "", 1.0)
+    return prepared, declared, outcome
+
+
+def _by_regression(prepared: Prepared, estimator: str) -> Fitted:
+    from identify.by_regression import fit_by_regression
+
+    return fit_by_regression(prepared, estimator)[0]
+
+
+def _model(trials: Sequence[Trial], name: str) -> str:
+    if name != "auto":
+        return name
+    kinds = {i.kind for i in trials[0].inputs_declared}
+    return "modulus" if kinds & {"thruster", "azimuth", "tunnel"} else "blanke"
+
+
+def _estimator(name: str) -> str:
+    return "output_error" if name == "auto" else name
+
+
+def _optimiser(name: str) -> str:
+    return "gauss_newton" if name == "auto" else name
+
+
+def _papers(fitted: Fitted) -> tuple[str, ...]:
+    structure = fitted.solution.structure
+    sources = [MODEL_BY_NAME[structure.model.name].source, *(a.effect.source for a in structure.actives)]
+    return tuple(dict.fromkeys(sources))

@@ -1,0 +1,165 @@
+"""What could stand in place of an effect that was taken: signatures that overlap, then refits of those that do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.effect import Active
+from identify.output_error import solve
+from identify.structure import Structure
+from identify.windows import first_states
+from validate.candidates import Screened, candidates, extended, normal, prior_of, smooth
+from validate.judgement import INDISTINCT, significance, step_tolerance
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: A rival is refitted where to first order it would lose less than this, plus a small share of the effect's gain.
+CLOSE, SHARE = 40.0, 0.02
+#: At most this many rivals are refitted.
+MOST_RIVALS = 6
+
+
+@dataclass(frozen=True)
+class Standing:
+    """An effect in a fit: what dropping it would cost, its p-value, and what could stand in its place."""
+
+    active: Active
+    gain: float
+    p_value: float
+    look_alikes: tuple[str, ...]
+
+
+def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
+    """The fit without one of its effects, everything else free, under the same weights."""
+    solution = fitted.solution
+    structure = solution.structure.without(index)
+    keep = [k for k, s in enumerate(solution.structure.slots) if s.effect != index]
+    prior = replace(fitted.prior, mean=fitted.prior.mean[keep], sd=fitted.prior.sd[keep])
+    found = solve(
+        fitted.problem, structure, solution.p[keep], solution.first, prior,
+        anchor=first_states(fitted.problem), budget=budget, tolerance=step_tolerance(fitted),
+    )  # fmt: skip
+    return Fitted(fitted.problem, prior, found)
+
+
+def loss_without(fitted: Fitted, index: int) -> float:
+    """What dropping an effect would cost: to first order where that is much, else by refit."""
+    mine, away = _effect(fitted, index)
+    information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
+    others = np.setdiff1d(np.arange(len(information)), mine)
+    linear = float(away @ _left(information, others, mine) @ away)
+    if linear > 1000.0:
+        return linear
+    return dropped(fitted, index).solution.total - fitted.solution.total
+
+
+def _effect(fitted: Fitted, index: int) -> tuple[IntArray, FloatArray]:
+    """Places of an effect's parameters, and how far they are from where it is nothing."""
+    slots = fitted.solution.structure.slots
+    mine = np.array([k for k, s in enumerate(slots) if s.effect == index], dtype=np.int64)
+    null = np.array([0.0 if slots[k].coefficient >= 0 else slots[k].parameter.null for k in mine])
+    return mine, fitted.solution.p[mine] - null
+
+
+def _unit_diagonal(information: FloatArray) -> tuple[FloatArray, FloatArray]:
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    return information * scale * scale[:, None], scale
+
+
+def _follow(m: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
+    """How ``others`` move per move of ``mine``, to first order (unit diagonal)."""
+    return np.asarray(
+        np.linalg.solve(m[np.ix_(others, others)] + 1e-9 * np.eye(len(others)), m[np.ix_(others, mine)]), dtype=float
+    )
+
+
+def _left(information: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
+    """Information on ``mine`` that is left when ``others`` are free to follow."""
+    m, scale = _unit_diagonal(information)
+    left = m[np.ix_(mine, mine)] - m[np.ix_(mine, others)] @ _follow(m, others, mine)
+    return np.asarray(left / np.outer(scale[mine], scale[mine]), dtype=float)
+
+
+def standing(fitted: Fitted, index: int) -> Standing:
+    """Judge one effect of a fit: its gain, and every rival that would explain as much in its place."""
+    structure = fitted.solution.structure
+    active = structure.actives[index]
+    gain = loss_without(fitted, index)
+    rivals = [a for a in candidates(structure.without(index)) if a.label != active.label]
+    near = [a for a in _overlapping(fitted, index, rivals, gain) if _as_good(fitted, index, a)]
+    p_value = significance(gain, len(_effect(fitted, index)[0]), len(rivals) + 1)
+    return Standing(active, gain, p_value, tuple(dict.fromkeys(_named(a.active, active) for a in near)))
+
+
+def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:
+    """Rivals whose signature covers the effect's, most of it first, each with a start for its refit."""
+    easy = [a for a in rivals if smooth(a)]
+    slow = [[a] for a in rivals if not smooth(a) and not a.effect.rewire]
+    found = [s for group in ([easy, *slow] if easy else slow) for s in _close(fitted, index, group, gain)]
+    return sorted(found, key=lambda s: -s.gain)[:MOST_RIVALS]
+
+
+def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list[Screened]:
+    wide, p, places = extended(fitted.solution.structure, fitted.solution.p, group)
+    for k in np.concatenate(places):
+        slot = wide.slots[k]
+        p[k] = _just_off(slot.parameter.starts, slot.parameter.null) if slot.coefficient < 0 else 0.0
+    information, _, cost = normal(fitted, wide, p)
+    if not np.isfinite(cost):
+        return []
+    effect, away = _effect(fitted, index)
+    effect = _translated(fitted.solution.structure, wide, effect)
+    rest = np.setdiff1d(np.arange(len(information)), np.concatenate([effect, *places]))
+    found = []
+    for active, mine in zip(group, places, strict=True):
+        others = np.concatenate([rest, mine])
+        loss = float(away @ _left(information, others, effect) @ away)
+        if loss < CLOSE + SHARE * gain:
+            m, scale = _unit_diagonal(information)
+            move = np.zeros(len(p))
+            move[others] = scale[others] * (_follow(m, others, effect) @ (away / scale[effect]))
+            found.append(Screened(active, _start(fitted, index, wide, p + move, active), -loss))
+    return found
+
+
+def _just_off(starts: tuple[float, ...], null: float) -> float:
+    """A place near the null at which an effect has a slope."""
+    near = min(starts, key=abs) if starts and null == 0.0 else None
+    return 0.1 * near if near else null
+
+
+def _translated(narrow: Structure, wide: Structure, places: IntArray) -> IntArray:
+    """Places of the same slots in a structure with more effects."""
+    where = {(s.effect, s.name): k for k, s in enumerate(wide.slots)}
+    return np.array([where[(narrow.slots[k].effect, narrow.slots[k].name)] for k in places], dtype=np.int64)
+
+
+def _start(fitted: Fitted, index: int, wide: Structure, moved: FloatArray, active: Active) -> FloatArray:
+    """Parameters of the structure with the rival in the effect's place, from those of the one that has them all."""
+
+    def key(structure: Structure, effect: int, name: str) -> tuple[str, str]:
+        return (structure.actives[effect].label if effect >= 0 else "", name)
+
+    values = {key(wide, s.effect, s.name): v for s, v in zip(wide.slots, moved, strict=True)}
+    target = fitted.solution.structure.without(index).with_effect(active)
+    return np.array([np.clip(values[key(target, s.effect, s.name)], *s.parameter.bounds) for s in target.slots])
+
+
+def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:
+    """Whether a rival, refitted in the effect's place, comes within what can be told apart."""
+    structure = fitted.solution.structure.without(index).with_effect(rival.active)
+    prior = prior_of(structure, rival.p, fitted)
+    goal = fitted.solution.total + INDISTINCT + 2.0 * (len(fitted.solution.p) - len(rival.p))
+    found = solve(
+        fitted.problem, structure, rival.p, fitted.solution.first, prior, anchor=first_states(fitted.problem),
+        budget=15, target=goal + 20.0,
+    )  # fmt: skip
+    return bool(np.isfinite(found.total) and found.total < goal)
+
+
+def _named(other: Active, active: Active) -> str:
+    return other.effect.name if other.effect.name != active.effect.name else other.label

@@ -1,0 +1,107 @@
+"""What stays unexplained: the structured part of the prediction error over windows, and what cross-validation says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.drive import Drive, drive
+from identify.output_error import Prior, information_of, solve
+from identify.predict import run, shown
+from identify.stretch import KIND, Stretch
+from identify.windows import Problem, cut, first_states
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+def window_errors(fitted: Fitted, p: FloatArray, first: FloatArray, which: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    """Prediction less smoothed measurement of u, v, r (n, 3) over some windows, and the smoother's own variance."""
+    errors, variances = [], []
+    drives: dict[int, Drive] = {}
+    structure, problem = fitted.solution.structure, fitted.problem
+    for k in which:
+        w = problem.windows[k]
+        stretch = problem.stretches[w.stretch]
+        if w.stretch not in drives:
+            drives[w.stretch] = drive(structure, p, stretch)
+        d = drives[w.stretch]
+        states = shown(structure, d, stretch, run(structure, d, stretch, first[k], w.first, w.steps))
+        part = slice(w.first, w.first + w.steps + 1)
+        errors.append(states[:, 3:6] - stretch.states[part, 3:6])
+        variances.append(stretch.sigmas[part] ** 2)
+    return np.vstack(errors), np.vstack(variances)
+
+
+def structured_share(fitted: Fitted) -> dict[str, float]:
+    """Per channel: structured part of the windows' prediction error over the channel's standard deviation.
+
+    The smoother's own variance is taken off, and of what is left the part that white sensor noise can account for:
+    where the errors of the raw measurements are white, nothing is left.
+    """
+    everything = range(len(fitted.problem.windows))
+    error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
+    spread = np.vstack([s.states[:, 3:6] for s in fitted.problem.stretches]).std(axis=0) + 1e-12
+    left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
+    slow = 1.0 - 1.0 / np.maximum(fitted.problem.inflation, 1.0) ** 2
+    kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
+    predicts = fitted.solution.structure.model.predicts
+    return {
+        c: float(left[j] * np.sqrt(max(slow[KIND[s]] for s in kinds[c]))) if c in predicts else 0.0
+        for j, c in enumerate(("u", "v", "r"))
+    }
+
+
+def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
+    """The same parameters on other stretches: only the windows' first states are fitted."""
+    if not stretches:
+        return None
+    scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
+    length = np.median([w.steps for w in fitted.problem.windows]) * stretches[0].h
+    problem = cut(scaled, float(length)).inflated(fitted.problem.inflation)
+    if not problem.windows:
+        return None
+    tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
+    found = solve(problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8)
+    return Fitted(problem, tight, found) if np.isfinite(found.cost) else None
+
+
+def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
+    """The stretch with the noise levels that were found on the others."""
+    level: dict[int, float] = {}
+    for s in problem.stretches:
+        for kind in np.unique(s.samples.kind):
+            level.setdefault(int(kind), float(s.samples.sigma[s.samples.kind == kind][0]))
+    sigma = np.array([level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)])
+    return replace(stretch, samples=replace(stretch.samples, sigma=sigma))
+
+
+def folds(fitted: Fitted) -> list[list[int]]:
+    """Windows by log where there are three logs or more, else in five parts by turns."""
+    names = [fitted.problem.stretches[w.stretch].name for w in fitted.problem.windows]
+    if len(set(names)) >= 3:
+        return [[k for k, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
+    return [list(range(k, len(names), 5)) for k in range(min(5, len(names)))]
+
+
+def cross_validated(fitted: Fitted) -> dict[str, float]:
+    """RMSE of u, v, r over windows, each part predicted by the parameters that the other parts give.
+
+    The parameters without a part follow from the normal equations of the others, to first order.
+    """
+    reduced = fitted.solution.reduced
+    information = information_of(fitted.solution, fitted.prior, fitted.problem.softening)
+    total = []
+    for fold in folds(fitted):
+        left = information - reduced.information[fold].sum(axis=0)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(left), 1e-300))
+        m = left * scale * scale[:, None] + 1e-9 * np.eye(len(scale))
+        move = -scale * np.linalg.solve(m, scale * reduced.score[fold].sum(axis=0))
+        first = fitted.solution.first - reduced.state_slope @ move
+        error, _ = window_errors(fitted, fitted.solution.p + move, first, fold)
+        total.append(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3))
+    rmse = np.sqrt(np.mean(np.vstack(total) ** 2, axis=0))
+    return {c: float(rmse[j]) for j, c in enumerate(("u", "v", "r"))}

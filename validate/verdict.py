@@ -1,0 +1,86 @@
+"""From the outcome of the loop to the diagnosis: verdict, evidence, and what to do next."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.prepare import Prepared
+from identify.report_fit import covariance_of, fitted_effect
+from validate.advice import advice_for
+from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Validation, Verdict
+from validate.judgement import Judged, least_gain
+from validate.loop import Outcome, Turn
+from validate.residual_tests import residual_tests
+from validate.structure_left import cross_validated, on_other_logs, structured_share
+
+
+def diagnose(
+    prepared: Prepared, outcome: Outcome, before: Validation, after: Validation, materiality: float
+) -> Diagnosis:
+    """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
+    taken = _taken(outcome)
+    left = _left(prepared, outcome.fitted)
+    verdict = _verdict(outcome, left, before, after, materiality)
+    rounds = tuple(_round(t) for t in outcome.turns)
+    return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
+
+
+def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
+    structure, p = outcome.fitted.solution.structure, outcome.fitted.solution.p
+    covariance = covariance_of(outcome.fitted)
+    return tuple(
+        TakenEffect(fitted_effect(structure, p, covariance, k)[0], s.p_value, s.look_alikes)
+        for k, s in enumerate(outcome.standing)
+    )
+
+
+def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
+    """The larger of what is left on the logs of the fit and on those that validate."""
+    own = structured_share(fitted)
+    unseen = on_other_logs(fitted, prepared.validate)
+    if unseen is None:
+        return own
+    other = structured_share(unseen)
+    return {c: max(own[c], other[c]) for c in own}
+
+
+def _verdict(
+    outcome: Outcome, left: dict[str, float], before: Validation, after: Validation, materiality: float
+) -> Verdict:
+    worse = before.fitness is not None and after.fitness is not None and after.fitness > 1.05 * before.fitness
+    if max(left.values()) > materiality or (outcome.standing and worse):
+        return Verdict.UNEXPLAINED
+    if any(s.look_alikes for s in outcome.standing):
+        return Verdict.AMBIGUOUS
+    return Verdict.EXPLAINED if outcome.standing else Verdict.ADEQUATE
+
+
+def _round(turn: Turn) -> Round:
+    before = cross_validated(turn.base)
+    refitted = {j.label: j for j in turn.judged}
+    tried = len(turn.screened)
+    candidates = []
+    for screened in turn.screened:
+        judged = refitted.get(screened.active.label)
+        if judged is not None:
+            candidates.append(_candidate(judged, before))
+        else:
+            k = max(1, len(screened.p) - len(turn.base.solution.p))
+            gain = screened.gain if np.isfinite(screened.gain) else 0.0
+            candidates.append(
+                Candidate(
+                    screened.active.effect.name, screened.active.variant.input, gain - least_gain(k, tried), 1.0,
+                    before, before, "not refitted: to first order it gains too little",
+                )
+            )  # fmt: skip
+    accepted = turn.taken.screened.active.effect.name if turn.taken else None
+    return Round(residual_tests(turn.base), tuple(sorted(candidates, key=lambda c: -c.evidence)), accepted)
+
+
+def _candidate(judged: Judged, before: dict[str, float]) -> Candidate:
+    active = judged.screened.active
+    return Candidate(
+        active.effect.name, active.variant.input, judged.evidence, judged.p_value, before,
+        cross_validated(judged.fitted), active.label,
+    )  # fmt: skip
