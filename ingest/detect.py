@@ -135,6 +135,9 @@ def per_device(table: pd.DataFrame) -> Iterator[tuple[int | None, pd.DataFrame]]
         yield None, table
         return
     source = table[SOURCE].to_numpy()
+    if len(source) and source[0] == source.min() == source.max():
+        yield int(source[0]), table
+        return
     for device in np.unique(source[source == source]):
         yield int(device), table[source == device]
 
