@@ -4,6 +4,7 @@ import datetime
 import logging
 import random
 import sys
+import time
 from collections import defaultdict
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nmea2000 import _canboat as canboat
 from nmea2000 import backend
-from reader_checks import check_reader, log_of
+from reader_checks import check_log, check_reader, log_of
 
 from ingest import read_log
 from ingest.canbus import READERS, n2k
@@ -230,6 +231,38 @@ def test_a_spoilt_blf_container_costs_itself_only():
     frames = transport("blf", bytes(data))
     assert len(whole) - 3500 < len(frames) < len(whole)
     assert identity(frames)[-2000:] == identity(whole)[-2000:]
+
+
+@pytest.mark.parametrize("name", ["asc", "trc", "can-csv", "ydraw", "actisense"])
+def test_pieces_of_a_file_make_the_same_log(name, monkeypatch):
+    whole = log_of(READER[name], SAMPLES[name])
+    monkeypatch.setattr("ingest.canbus.lines.CHUNK", 700)
+    pieces = log_of(READER[name], SAMPLES[name])
+    assert whole.findings == pieces.findings
+    assert all(table.equals(pieces.tables[topic]) for topic, table in whole.tables.items())
+
+
+@pytest.mark.parametrize(
+    "filler", [b"7", b" ", b"(", b"(1.0) ", b"a", b"ff,", b"LOBJ", b"#", b"1 ", b"0123456789 "]
+)
+def test_no_filler_takes_long(filler):
+    noise = (filler * (1 << 19))[: 1 << 19]
+    begin = time.process_time()
+    for name in SAMPLES:
+        if name != "actisense":
+            transport(name, noise)
+    assert time.process_time() - begin < 20.0
+
+
+@given(st.lists(st.sampled_from(list(SAMPLES)), min_size=1, max_size=2), st.randoms())
+@settings(max_examples=40, deadline=None)
+def test_spliced_and_shuffled_logs_are_read(names, rng):
+    text = b"".join(SAMPLES[n][rng.randrange(2000) : 2000 + rng.randrange(2000)] for n in names)
+    for reader in READERS:
+        if reader.name != "mf4":
+            log = log_of(reader, text)
+            if log is not None and log.tables:
+                check_log(log, len(text))
 
 
 @given(st.binary(max_size=400))
@@ -599,6 +632,12 @@ BO_ 2566834430 Thruster: 8 Node
  SG_ Force : 0|32@1- (1,0) [-1E9|1E9] "N" Node
 SIG_VALTYPE_ 2566834430 Force : 1;
 """
+
+
+def test_frames_that_no_table_holds_are_said():
+    text = SAMPLES["candump"] + b"(1700000007.0) can0 123#0102\n"
+    found = [f for f in log_of(READER["candump"], text).findings if f.kind == "unknown"]
+    assert [(f.count, "11-bit" in f.message) for f in found] == [(1, True)]
 
 
 def test_dbc_against_cantools(tmp_path):

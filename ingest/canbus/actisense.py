@@ -74,7 +74,7 @@ def on_one_clock(rows: Rows, clock: str) -> tuple[Rows, tuple[Finding, ...]]:
 
 @dataclass(frozen=True)
 class Rows:
-    """Lines as columns: time, PGN, source, payload size (n,); the payloads one after the other in ``block``."""
+    """Lines as columns: time, PGN, source, size of the payload (n,); ``block`` holds all payloads."""
 
     time_ns: NDArray[np.int64]
     pgn: NDArray[np.int64]

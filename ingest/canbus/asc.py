@@ -19,10 +19,10 @@ RECORD = (
     rb"[ \t]+d[ \t]+(?P<dlc>\d)(?P<data>(?:[ \t]+%s(?![.\w])){0,8})(?:[ \t]+Length[ \t]*=[^\r\n]*)?"
 )
 IDLE = re.compile(
-    rb"(?:\ufeff)?(?:date|base|internal|no internal|Begin|End|//|\*)[^\r\n]*"
-    rb"|[ \t]*\d+\.\d+[ \t]+(?:Start of|\d+[ \t]+"
+    rb"(?:date|base|internal|no internal|Begin|End|//|\*)[^\r\n]*"
+    rb"|[ \t]*\d{1,10}\.\d{1,9}[ \t]+(?:Start of|\d+[ \t]+"
     rb"(?:Statistic|ErrorFrame|[0-9A-Fa-f]+x?[ \t]+[RT]x[ \t]+r)|CANFD|CAN)[^\r\n]*"
-    rb"|[ \t]*\d+\.\d+[ \t]+(?:log trigger|SV:|EV:|ET)[^\r\n]*".replace(rb"(?:\ufeff)?", b"")
+    rb"|[ \t]*\d{1,10}\.\d{1,9}[ \t]+(?:log trigger|SV:|EV:|ET)[^\r\n]*"
 )
 HEXADECIMAL = LineStyle(re.compile(RECORD % (rb"[0-9A-Fa-f]{1,8}", rb"[0-9A-Fa-f]{2}")), IDLE)
 DECIMAL = LineStyle(re.compile(RECORD % (rb"\d{1,10}", rb"\d{1,3}")), IDLE, base=10)

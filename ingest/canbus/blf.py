@@ -30,6 +30,8 @@ CONTAINER, CAN_MESSAGE, CAN_MESSAGE2, OTHER_CAN = 10, 1, 86, (73, 100, 101)
 TEN_MICROSECONDS = 1
 #: A container says how much it unpacks to; more than this is a lie.
 LARGEST_CONTAINER = 64 << 20
+#: What is left of an object at the end of a container is kept for the next, up to this length.
+LONGEST_OBJECT = 1 << 20
 #: A CAN message object: header (version 1 or 2: 32 bytes of it), then the message.
 OBJECT = np.dtype(
     {
@@ -68,8 +70,8 @@ def read(data: memoryview) -> Capture:
             damaged.append((piece.offset, piece.length))
         text = tail + piece.content
         frames, end, holes, passed = objects(text)
-        tail = text[end:] if len(text) - end <= LARGEST_CONTAINER else b""
-        if holes:
+        tail = text[end:] if len(text) - end <= LONGEST_OBJECT else b""
+        if holes or len(text) - end > LONGEST_OBJECT:
             damaged.append((piece.offset, piece.length))
         parts.append(frames)
         other += passed
@@ -159,6 +161,8 @@ def salvaged(packed: bytes, step: int = 64) -> bytes:
     out, size = [], 0
     try:
         for i in range(0, len(packed), step):
+            if size >= LARGEST_CONTAINER:
+                break
             out.append(engine.decompress(packed[i : i + step], LARGEST_CONTAINER - size))
             size += len(out[-1])
     except zlib.error:

@@ -53,7 +53,8 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
     if not tables and topics is None:
         raise ValueError("CAN frames, but none of NMEA 2000; a DBC file can tell what they mean: [can] dbc")
     zero, clock_findings = utc_origin(capture, found)
-    findings = (*capture.findings, *found.findings, *from_dbc.findings, *clock_findings)
+    notes = (*clock_findings, *undescribed(rest))
+    findings = (*capture.findings, *found.findings, *from_dbc.findings, *notes)
     wanted = {t: v for t, v in tables.items() if topics is None or asked_for(t, topics)}
     return Decoded(
         wanted,
@@ -64,6 +65,15 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
         capture.bytes_damaged,
         sources(wanted),
     )
+
+
+def undescribed(capture: Capture) -> tuple[Finding, ...]:
+    """A note on frames with 11-bit identifiers, which NMEA 2000 does not use."""
+    count = int((~capture.frames.extended).sum())
+    if not count:
+        return ()
+    message = f"{count} frames with 11-bit identifiers; a DBC file can tell what they mean: [can] dbc"
+    return (Finding("unknown", message, count=count),)
 
 
 def asked_for(topic: str, topics: frozenset[str]) -> bool:

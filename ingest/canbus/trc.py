@@ -13,19 +13,20 @@ VERSION = re.compile(rb";\$FILEVERSION=(\d)\.(\d)")
 START = re.compile(rb";[ \t]*Start time:[ \t]*([^\r\n]+)")
 DATA = rb"(?P<dlc>\d{1,2})(?P<data>(?:[ \t]+[0-9A-Fa-f]{2}(?![.)\w])){0,8})"
 IDLE = re.compile(
-    rb"[ \t]*;[^\r\n]*|[ \t]*\d+\)?[ \t]+\d+\.?\d*[ \t]+(?:\d[ \t]+)?"
+    rb"[ \t]*;[^\r\n]*|[ \t]*\d{1,10}\)?[ \t]+\d{1,12}(?:\.\d{0,9})?[ \t]+(?:\d[ \t]+)?"
     rb"(?:[^\r\n]*\bRTR\b|Warng|Error|FD|FB|FE|BI|RR|ST|ER|EC|EV)[^\r\n]*"
 )
 FIRST = LineStyle(
     re.compile(
-        rb"\d+\)[ \t]+(?P<time>\d+(?:\.\d+)?)[ \t]+(?:(?P<channel>\d{1,2})[ \t]+)?(?:(?:Rx|Tx)[ \t]+)?"
+        rb"\d{1,10}\)[ \t]+(?P<time>\d{1,12}(?:\.\d{1,9})?)[ \t]+(?:(?P<channel>\d{1,2})[ \t]+)?"
+        rb"(?:(?:Rx|Tx)[ \t]+)?"
         rb"(?P<id>[0-9A-Fa-f]{8}|[0-9A-Fa-f]{4})[ \t]+(?:-[ \t]+)?" + DATA
     ),
     IDLE,
 )
 SECOND = LineStyle(
     re.compile(
-        rb"\d+[ \t]+(?P<time>\d+\.\d+)[ \t]+DT[ \t]+(?:(?P<channel>\d{1,2})[ \t]+)?"
+        rb"\b\d{1,10}[ \t]+(?P<time>\d{1,12}\.\d{1,9})[ \t]+DT[ \t]+(?:(?P<channel>\d{1,2})[ \t]+)?"
         rb"(?P<id>(?P<wide>[0-9A-Fa-f]{5,8})|[0-9A-Fa-f]{1,4})[ \t]+(?:Rx|Tx)[ \t]+(?:-[ \t]+)?" + DATA
     ),
     IDLE,
