@@ -13,7 +13,7 @@ from numba import njit
 from identify.estimators.estimate import FloatArray
 
 SPEED = 1.179  # m/s, service speed at this scale
-REVOLUTIONS = 10.717  # 1/s, which hold it
+REVOLUTIONS = 12.042141  # 1/s, which hold it on a straight course by the equations below
 RUDDER_RATE = np.radians(15.8)  # rad/s
 STEP = 0.1  # s
 
