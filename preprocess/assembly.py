@@ -69,7 +69,13 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
         Step("segments", {"segments": [list(s) for s in segments]}),
         Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
         Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track)}),
-        Step("clock_offsets", {o.stream: [o.against, o.offset, o.stderr] for o in offsets}),
+        Step(
+            "clock_offsets",
+            {
+                o.stream: [o.against, o.offset, o.stderr, o.gain if np.isfinite(o.gain) else None]
+                for o in offsets
+            },
+        ),
     )
     return Made(measurements, inputs, table, segments, longest_kind(found), findings, history)
 

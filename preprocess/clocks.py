@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from preprocess.chains import Segments, Stream, assemble, variances
+from preprocess.chains import Segments, assemble, variances
 from preprocess.kalman import cost
-from preprocess.levels import Levels, thin_out
+from preprocess.levels import thin_out
 from preprocess.smoother import ChainResult, first_guess
 from preprocess.trial import FloatArray, Measurement
 from preprocess.weak_form import weak_form
@@ -25,11 +25,13 @@ from preprocess.weak_form import weak_form
 #: Offsets are searched for up to this, s.
 LONGEST = 1.5
 #: Reported beyond this many standard errors, and this many seconds.
-STANDARD_ERRORS = 4.0
-LEAST = 0.02
+STANDARD_ERRORS = 5.0
+LEAST = 0.03
 #: A stretch must turn this much in all, rad, to tell an offset of position or inputs; a worse estimate is not given.
 LEAST_TURN = 1.5
 WORST = 0.4
+#: An offset that rests on a model must explain this much: else it may make up for what the model lacks.
+LEAST_GAIN = 1.5
 #: What the simple models of the response leave out, as a share of the response time: added to the uncertainty.
 MODEL_SHARE = 0.015
 
@@ -43,17 +45,21 @@ class ClockOffset:
     stream, against : str
     offset, stderr : float
         Stamp less true time, s, taking the stamps of ``against`` for true.
+    gain : float
+        How many times less is left unexplained with the offset than without, where it rests on a model of the
+        response; infinite where it rests on kinematics alone.
     """
 
     stream: str
     against: str
     offset: float
     stderr: float
+    gain: float = float("inf")
 
     @property
     def seen(self) -> bool:
         """Whether it differs from zero by more than chance."""
-        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST)
+        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST) and self.gain > LEAST_GAIN
 
     def __str__(self) -> str:
         late = "later" if self.offset > 0 else "earlier"
@@ -92,11 +98,10 @@ def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | N
         return None
     compass, gyro = heading.streams
     _, prior = first_guess(heading.streams)
-    levels = heading.levels
 
     def deviance(tau: float) -> float:
         moved = replace(gyro, t=gyro.t - tau)
-        return _deviance((compass, moved), segments, levels, prior)
+        return _deviance(replace(heading, streams=(compass, moved)), segments, prior)
 
     offset, curvature = search(deviance)
     # -2 log L has curvature 2 / variance
@@ -104,11 +109,11 @@ def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | N
     return ClockOffset("yaw_rate", "heading", offset, float(stderr))
 
 
-def _deviance(streams: tuple[Stream, ...], segments: Segments, levels: Levels, prior: FloatArray) -> float:
-    assembled = assemble(streams, segments, np.empty(0))
-    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+def _deviance(chain: ChainResult, segments: Segments, prior: FloatArray) -> float:
+    assembled = assemble(chain.streams, segments, np.empty(0), chain.drive)
+    rows = replace(assembled.rows, variance=variances(assembled.stream, chain.levels.sigma))
     thin, _ = thin_out(rows, assembled.stream)
-    return cost(thin, levels.q, prior)
+    return cost(thin, chain.levels.q, prior)
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,7 @@ def _profile(
         for g, f in zip(grids, forms, strict=True):
             y, x = build(g, tau)
             target.append(-f.derivatives.dot(y))
-            design.append(np.asarray(f.values.dot(x)))
+            design.append(np.asarray(f.values.dot(x))  # noqa: PD011)
         a, b = np.vstack(design), np.concatenate(target)
         scale = np.maximum(np.abs(a).max(axis=0), 1e-12)
         solution = np.linalg.lstsq(a / scale, b, rcond=1e-9)[0]
@@ -156,7 +161,7 @@ def _profile(
     variance = 2.0 * left(offset) / max(windows / 4.0 - 8.0, 1.0) / max(curvature, 1e-300)
     stderr = float(np.hypot(np.sqrt(variance), MODEL_SHARE * grids[0].half))
     unsure = stderr > WORST or abs(offset) > 0.9 * LONGEST
-    return None if unsure else ClockOffset("", "", offset, stderr)
+    return None if unsure else ClockOffset("", "", offset, stderr, left(0.0) / max(left(offset), 1e-300))
 
 
 def response_time(states: pd.DataFrame) -> float:
@@ -215,7 +220,9 @@ def _less_holding(found: ClockOffset, moving: list[Measurement]) -> ClockOffset:
     """Take off that a step is logged half an interval late on average, where the inputs are steps."""
     interval = max((m.sample_time for m in moving if m.held), default=0.0)
     stderr = float(np.hypot(found.stderr, interval / np.sqrt(12.0)))
-    return ClockOffset("the inputs", "the motion", found.offset - 0.5 * interval, stderr)
+    return replace(
+        found, stream="the inputs", against="the motion", offset=found.offset - 0.5 * interval, stderr=stderr
+    )
 
 
 def _moving(inputs: Mapping[str, Measurement]) -> list[Measurement]:

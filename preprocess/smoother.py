@@ -34,13 +34,17 @@ COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
 
 @dataclass(frozen=True)
 class ChainResult:
-    """A smoothed chain at the wanted times: mean (n, 3, m), covariance (n, 3, 3), NaN outside the segments."""
+    """A smoothed chain at the wanted times: mean (n, 3, m), covariance (n, 3, 3), NaN outside the segments.
+
+    ``drive`` is what ``levels.q`` is scaled by over time, ``streams`` what it was smoothed from.
+    """
 
     t: FloatArray
     mean: FloatArray
     covariance: FloatArray
     levels: Levels
     streams: tuple[Stream, ...]
+    drive: Drive | None = None
 
 
 def rough_scale(stream: Stream) -> tuple[float, float]:
@@ -160,7 +164,7 @@ def smooth_chain(
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
     smoothed = smooth(rows, levels.q, prior)
     mean, covariance = at_times(assembled, smoothed, wanted)
-    return ChainResult(wanted, mean, covariance, levels, streams)
+    return ChainResult(wanted, mean, covariance, levels, streams, drive)
 
 
 def at_times(assembled: Assembled, smoothed: Smoothed, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
