@@ -2,5 +2,7 @@
 
 from ingest.reader import Reader
 from ingest.tabular.delimited import DELIMITED
+from ingest.tabular.matlab import MATLAB
 
-READERS: tuple[Reader, ...] = (DELIMITED,)
+READERS: tuple[Reader, ...] = (DELIMITED, MATLAB)
+"""Formats of this family."""

@@ -94,7 +94,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     ns, clock_findings = continue_clock(clock.ns[clock.good])
     table.index = pd.Index(ns, name="t_ns")
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
-    sources = tuple(sources_of(table.drop(columns=[clock.column], errors="ignore"), units, topic))
+    sources = sources_of(table, units, topic)
     return Decoded(
         tables={topic: table},
         units={(topic, c): u for c, u in stated.items() if u},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -143,7 +143,17 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
     names = {c: split_unit(str(c)) for c in table.columns if pd.api.types.is_numeric_dtype(table[c])}
     stated = {c: units.get(str(c)) or unit for c, (_, unit) in names.items()}
     rules = [r for p in _PATTERNS for r in _rules(p, names, stated, table, topic)]
+    if {"packet_counter", "sample_time_fine"} <= {name for name, _ in names.values()}:
+        rules = [_upward(rule) for rule in rules]
     return detect(rules, {topic: table})
+
+
+def _upward(rule: Rule) -> Rule:
+    """The rule with its angles turning about an axis that points up: Xsens exports, yaw from east."""
+    if rule.quantity not in {"heading", "yaw_rate"}:
+        return rule
+    unit = "deg" if rule.quantity == "heading" else "rad/s"
+    return replace(rule, unit=unit, options={"frame": "enu"})
 
 
 def _rules(

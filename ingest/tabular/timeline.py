@@ -51,6 +51,8 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
     if "date" in flat and "time" in flat and not pd.api.types.is_numeric_dtype(table[flat["time"]]):
         joined = table[flat["date"]].astype(str) + " " + table[flat["time"]].astype(str)
         return _from_text(joined, f"{flat['date']} {flat['time']}")
+    if "sample_time_fine" in flat:
+        return _from_ticks(table, flat)
     for name in TIME_NAMES:
         if name in flat:
             clock = _from_column(table[flat[name]], flat[name])
@@ -61,6 +63,33 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
         pd.api.types.is_numeric_dtype(first) and len(first) > 2 and bool((first.diff().iloc[1:] > 0).all())
     )
     return _from_column(first, str(table.columns[0])) if rising else None
+
+
+def _from_ticks(table: pd.DataFrame, flat: dict[str, str]) -> Clock:
+    """Xsens: 10 kHz ticks that wrap at 2³² (MTi low-level communication protocol), and the date where it is known."""
+    ticks = pd.to_numeric(table[flat["sample_time_fine"]], errors="coerce").to_numpy(float)
+    good = np.isfinite(ticks)
+    whole = np.where(good, ticks, 0).astype(np.int64)
+    wraps = np.cumsum(np.diff(whole, prepend=whole[:1]) < -(1 << 31))
+    ns = (whole + (wraps << 32)) * 100_000
+    civil = [flat.get(f"utc_{part}") for part in ("year", "month", "day", "hour", "minute", "second", "nano")]
+    if all(civil):
+        start = _civil_ns(table, [str(c) for c in civil])
+        known = good & (start > 0)
+        if known.any():
+            return Clock(ns + int(np.median((start - ns)[known])), good, True, flat["sample_time_fine"])
+    return Clock(ns, good, False, flat["sample_time_fine"])
+
+
+def _civil_ns(table: pd.DataFrame, columns: list[str]) -> Nanoseconds:
+    """Nanoseconds since 1970 from columns year … second, nanosecond; 0 where there is none."""
+    parts = [pd.to_numeric(table[c], errors="coerce").fillna(0).to_numpy().astype(np.int64) for c in columns]
+    year, month, day, hour, minute, second, nano = parts
+    known = (year > 1980) & (month >= 1) & (month <= 12)
+    months = (np.where(known, year, 1970) - 1970) * 12 + np.where(known, month, 1) - 1
+    days = months.astype("datetime64[M]").astype("datetime64[D]").astype(np.int64) + day - 1
+    seconds = days * 86_400 + hour * 3600 + minute * 60 + second
+    return np.asarray(np.where(known, seconds * _SCALE["s"] + nano, 0), np.int64)
 
 
 def _from_column(column: pd.Series, name: str) -> Clock | None:
