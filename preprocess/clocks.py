@@ -150,7 +150,7 @@ def _profile(
         for g, f in zip(grids, forms, strict=True):
             y, x = build(g, tau)
             target.append(-f.derivatives.dot(y))
-            design.append(np.asarray(f.values.dot(x))  # noqa: PD011)
+            design.append(np.asarray(f.values.dot(x)))  # noqa: PD011
         a, b = np.vstack(design), np.concatenate(target)
         scale = np.maximum(np.abs(a).max(axis=0), 1e-12)
         solution = np.linalg.lstsq(a / scale, b, rcond=1e-9)[0]
