@@ -2,8 +2,8 @@
 
     python -m benchmarks.bench_ingest [--only tlog] [--scale 0.2] [--json FILE] [--no-damage]
 
-Times are processor time: ours the best of three after a first read (which may compile), the peer's of one. Memory is the peak of what
-is allocated while reading over the size of the decoded columns.
+Times are processor time: ours the best of three after a first read (which may compile), the peer's of one.
+Memory is the peak of what is allocated while reading over the size of the decoded columns.
 """
 
 from __future__ import annotations

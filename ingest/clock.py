@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ingest.log import Finding
 
-#: A clock that goes back by more than this, and stays back, has been set or restarted; by less, records are late.
+#: A clock that goes back by more than this, and stays back, has been set or restarted; by less, records are
+#: late.
 RESTART_NS = 1_000_000_000
 #: A time that differs by more than this from the median of its neighbours is broken.
 STRAY_NS = 1_000_000_000
@@ -25,8 +26,9 @@ def continue_clock(
 ) -> tuple[NDArray[np.int64], list[Finding]]:
     """Make a clock continuous over restarts, in the order of recording.
 
-    Where the clock goes back by more than a second and stays back, all that follows is moved on so that it goes on
-    one usual interval after the last record before. Records that are merely late are left as they are.
+    Where the clock goes back by more than a second and stays back, all that follows is moved on so that it
+    goes on one usual interval after the last record before. Records that are merely late are left as they
+    are.
 
     Parameters
     ----------
@@ -96,7 +98,7 @@ def mended(
 
 
 def strays(t_ns: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Times that differ from the median of five neighbours, where time does not simply go on; (n,) bool."""
+    """Find times that differ from the median of five neighbours where time does not go on; (n,) bool."""
     out = np.zeros(len(t_ns), dtype=bool)
     good = np.flatnonzero(~broken)
     if len(good) < 5:
@@ -110,7 +112,7 @@ def strays(t_ns: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.boo
 
 
 def uneasy(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Samples within two of a step back or of a very large step; (n,) bool."""
+    """Give samples within two of a step back or of a very large step; (n,) bool."""
     steps = np.diff(t_ns)
     jump = np.concatenate([[False], (steps < 0) | (steps > LEAP_NS)])
     near = jump.copy()
@@ -121,7 +123,7 @@ def uneasy(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def in_order(topic: str, table: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
-    """The table with its index sorted (stable), and a finding where it was not."""
+    """Give the table with its index sorted (stable), and a finding where it was not."""
     t = table.index.to_numpy()
     late = int((np.diff(t) < 0).sum())
     if not late:

@@ -78,7 +78,7 @@ def open_contents(path: Path) -> Contents:
 
 
 def map_file(file: IO[bytes]) -> memoryview:
-    """The file as a read-only memory map (empty files cannot be mapped)."""
+    """Give the file as a read-only memory map (empty files cannot be mapped)."""
     file.seek(0, 2)
     if file.tell() == 0:
         return memoryview(b"")
@@ -124,7 +124,7 @@ def pieces(file: IO[bytes], packed: str, findings: list[Finding]) -> Iterator[by
 
 
 def new_decompressor(packed: str) -> Decompressor:
-    """A decompressor for one member."""
+    """Give a decompressor for one member."""
     if packed == "gzip":
         return zlib.decompressobj(wbits=31)
     if packed == "xz":

@@ -9,29 +9,38 @@ A reader declares rules and calls :func:`detect` on its tables::
     )
     sources = detect(RULES, tables)
 
-A rule holds for every topic that its pattern matches wholly and that has all its fields, once per device (value of
-the ``source`` column), if there are usable samples: all fields finite, quality good enough, and not a placeholder
-(latitude and longitude both zero; a measured quantity that is zero throughout).
+A rule holds for every topic that its pattern matches wholly and that has all its fields, once per device
+(value of the ``source`` column), if there are usable samples: all fields finite, quality good enough, not
+placeholders (latitude and longitude both zero; a measured quantity that is zero throughout).
 
-Ranks: 50 is a plain, direct measurement. Use 60-70 for a better one (RTK, dual antenna), 40 for a filter's output
-(its errors are correlated and it may have used the model), 30 for something derived, 20 for a poor substitute
-(course as heading). Rate, share of usable samples and coverage of the log add at most 9 to a rule's rank.
+Ranks: 50 is a plain, direct measurement. Use 60-70 for a better one (RTK, dual antenna), 40 for a filter's
+output (its errors are correlated and it may have used the model), 30 for something derived, 20 for a poor
+substitute (course as heading). Rate, share of usable samples and coverage of the log add at most 9.
 
 Options that the conversion to a trial understands:
 
-===================  ==============================================================================================
-``quality``          column that must be at least ``quality_min`` (and at most ``quality_max``, or one of ``quality_in``)
-``satellites``       column with the number of satellites
-``hdop``             column with the horizontal dilution; ``hdop_scale`` (default 1) times the column
-``accuracy``         column with the standard deviation; ``accuracy_scale`` (default 1) times the column, in SI
-``speed_unit``       unit of a speed beside an angle
-``frame``            ``"enu"`` or ``"frd"``/``"flu"`` where it is not NED and forward-starboard
-``magnetic``         True: a magnetic heading
-``reference``        ``"true"`` or ``"relative"`` wind
-``sign``             −1 where positive is to port
-``time``             column with the sensor's own time stamp, ``time_unit`` its unit
-``where``            {column: value}: only the rows in which each column has that value
-===================  ==============================================================================================
+``quality``
+    Column that must be at least ``quality_min``, at most ``quality_max``, or one of ``quality_in``.
+``satellites``
+    Column with the number of satellites.
+``hdop``
+    Column with the horizontal dilution, times ``hdop_scale`` (default 1).
+``accuracy``
+    Column with the standard deviation, times ``accuracy_scale`` (default 1), in SI.
+``speed_unit``
+    Unit of a speed beside an angle.
+``frame``
+    ``"enu"`` or ``"frd"``/``"flu"`` where it is not NED and forward-starboard.
+``magnetic``
+    True: a magnetic heading.
+``reference``
+    ``"true"`` or ``"relative"`` wind.
+``sign``
+    −1 where positive is to port.
+``time``
+    Column with the sensor's own time stamp, ``time_unit`` its unit.
+``where``
+    {column: value}: only the rows in which each column has that value.
 """
 
 from __future__ import annotations
@@ -81,7 +90,7 @@ class Rule:
 
 
 def detect(rules: Iterable[Rule], tables: Mapping[str, pd.DataFrame]) -> tuple[Source, ...]:
-    """Sources for the rules that hold, best first within each quantity (stable order).
+    """Give sources for the rules that hold, best first within each quantity (stable order).
 
     Parameters
     ----------
@@ -102,7 +111,7 @@ def log_span_ns(tables: Mapping[str, pd.DataFrame]) -> int:
 
 
 def matches(rule: Rule, tables: Mapping[str, pd.DataFrame], span: int) -> Iterator[Source]:
-    """The sources that one rule gives."""
+    """Give the sources that one rule gives."""
     pattern = re.compile(rule.topic)
     for topic, table in tables.items():
         if not pattern.fullmatch(topic) or not set(rule.fields.values()) <= set(table.columns):
@@ -114,7 +123,7 @@ def matches(rule: Rule, tables: Mapping[str, pd.DataFrame], span: int) -> Iterat
 
 
 def known(rule: Rule, rows: pd.DataFrame) -> dict[str, object]:
-    """The options of a rule, without those that name a column that is not there or says nothing."""
+    """Give the options of a rule, without those that name a column that is not there or says nothing."""
     silent = [k for k in COLUMNS if k in rule.options and not telling(k, rule.options[k], rows)]
     companions = {
         name for k in silent for name in (k, f"{k}_scale", f"{k}_unit", f"{k}_min", f"{k}_max", f"{k}_in")
@@ -130,7 +139,7 @@ def telling(option: str, column: object, rows: pd.DataFrame) -> bool:
 
 
 def per_device(table: pd.DataFrame) -> Iterator[tuple[int | None, pd.DataFrame]]:
-    """The rows of each device that sent a topic."""
+    """Give the rows of each device that sent a topic."""
     if SOURCE not in table.columns:
         yield None, table
         return
@@ -155,7 +164,7 @@ def graded(rule: Rule, rows: pd.DataFrame, span: int) -> float | None:
 
 
 def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
-    """Samples that are finite, good enough and not a placeholder; (n,) bool."""
+    """Give samples that are finite, good enough and not a placeholder; (n,) bool."""
     try:
         values = np.column_stack([rows[c].to_numpy(dtype=float) for c in rule.fields.values()])
     except (TypeError, ValueError):
@@ -169,7 +178,7 @@ def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def quality_mask(options: Mapping[str, object], rows: pd.DataFrame) -> NDArray[np.bool_]:
-    """Samples whose quality column passes ``quality_min``, ``quality_max`` and ``quality_in``; (n,) bool."""
+    """Find samples whose quality passes ``quality_min``, ``quality_max``, ``quality_in``; (n,) bool."""
     good = np.ones(len(rows), dtype=bool)
     column = options.get("quality")
     if column not in rows.columns:

@@ -1,7 +1,7 @@
 """GPS time to UTC, with the leap seconds of the date.
 
-The table is that of the IERS, Bulletin C: the UTC days at whose start GPS time moved one second further ahead of
-UTC (it was equal to UTC on 6 January 1980). None has been announced since that of 2017.
+The table is that of the IERS, Bulletin C: the UTC days at whose start GPS time moved one second further
+ahead of UTC (it was equal to UTC on 6 January 1980). None has been announced since that of 2017.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ WEEK_NS = 7 * 86_400 * SECOND
 GPS_EPOCH_NS = 315_964_800 * SECOND
 
 LEAP_DAYS: tuple[str, ...] = (
-    "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01", "1991-01-01", "1992-07-01",
-    "1993-07-01", "1994-07-01", "1996-01-01", "1997-07-01", "1999-01-01", "2006-01-01", "2009-01-01", "2012-07-01",
+    "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01", "1991-01-01",
+    "1992-07-01",
+    "1993-07-01", "1994-07-01", "1996-01-01", "1997-07-01", "1999-01-01", "2006-01-01", "2009-01-01",
+    "2012-07-01",
     "2015-07-01", "2017-01-01",
 )  # fmt: skip
 

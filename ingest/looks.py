@@ -48,7 +48,7 @@ def looks_like(head: bytes, size: int) -> str:
 
 
 def text_like(head: bytes) -> str | None:
-    """A description of text by its first line that is not blank; None where it is not text."""
+    """Give a description of text by its first line that is not blank; None where it is not text."""
     sample = head[:2048]
     printable = sum(32 <= b < 127 or b in b"\t\r\n" or b >= 160 for b in sample)
     if printable < 0.95 * len(sample):

@@ -40,7 +40,8 @@ def read_log(
     format : str, optional
         Name of a reader, where detection must be overruled.
     dialect : mapping, optional
-        Delimited text: ``columns``, ``skip``, ``delimiter``, ``encoding``; MAVLink: ``{"mavlink": "common"}``.
+        Delimited text: ``columns``, ``skip``, ``delimiter``, ``encoding``;
+        MAVLink: ``{"mavlink": "common"}``.
     topics : iterable of str, optional
         Decode only these.
     dbc : path-like, optional
@@ -67,7 +68,7 @@ def read_log(
 
 
 def existing(path: Path) -> Path:
-    """The path itself, if it is a file."""
+    """Give the path itself, if it is a file."""
     if path.is_file():
         return path
     try:
@@ -91,7 +92,7 @@ def candidates(path: Path, contents: Contents, format: str | None) -> list[Reade
 
 
 def named_reader(name: str, readers: Iterable[Reader]) -> Reader:
-    """The reader with a name."""
+    """Give the reader with a name."""
     by_name = {r.name: r for r in readers}
     if name in by_name:
         return by_name[name]
@@ -118,7 +119,7 @@ class Attempt:
 def decode(
     path: Path, contents: Contents, readers: list[Reader], options: ReadOptions
 ) -> tuple[Reader, Decoded]:
-    """What the first reader that finds a usable record gives."""
+    """Give what the first reader that finds a usable record gives."""
     attempts = []
     for reader in readers:
         try:
@@ -133,7 +134,7 @@ def decode(
 
 
 def tried(attempts: list[Attempt]) -> list[str]:
-    """What was tried, with reasons, for the message."""
+    """Give what was tried, with reasons, for the message."""
     if attempts:
         return [f"{a.reader} ({a.reason})" for a in attempts]
     from ingest.readers import READERS
@@ -142,7 +143,7 @@ def tried(attempts: list[Attempt]) -> list[str]:
 
 
 def as_log(path: Path, contents: Contents, reader: Reader, decoded: Decoded) -> Log:
-    """The log, on its own clock from its first record."""
+    """Give the log, on its own clock from its first record."""
     tables, findings = ordered(decoded.tables)
     origin = min((int(t.index[0]) for t in tables.values()), default=0)
     tables = {topic: moved(table, origin) for topic, table in tables.items()}
@@ -151,13 +152,13 @@ def as_log(path: Path, contents: Contents, reader: Reader, decoded: Decoded) -> 
         path=path,
         format=reader.name,
         tables=tables,
-        units=decoded.units,
+        units={name: unit for name, unit in decoded.units.items() if name[0] in tables},
         utc_ns=None if utc is None else int(utc) + origin,
         findings=(*contents.findings, *decoded.findings, *findings, *timing_findings(tables)),
         messages=decoded.messages,
         bytes_read=len(contents.data),
         bytes_damaged=decoded.bytes_damaged,
-        sources=decoded.sources,
+        sources=tuple(s for s in decoded.sources if s.topic in tables),
     )
 
 
@@ -173,7 +174,7 @@ def ordered(tables: Mapping[str, pd.DataFrame]) -> tuple[dict[str, pd.DataFrame]
 
 
 def moved(table: pd.DataFrame, origin: int) -> pd.DataFrame:
-    """The table with its index moved to ``origin`` and named."""
+    """Give the table with its index moved to ``origin`` and named."""
     import pandas as pd
 
     index = pd.Index(table.index.to_numpy(dtype="int64") - origin, name="t_ns")

@@ -100,7 +100,8 @@ def dataflash_body(steps: int = 150, week: int = 2290, first_ms: int = 345_600_1
 
 
 ULOG_FORMATS = {
-    "sensor_gps": "uint64_t timestamp;uint64_t time_utc_usec;int32_t lat;int32_t lon;uint8_t fix_type;uint8_t[3] _padding0;",
+    "sensor_gps": "uint64_t timestamp;uint64_t time_utc_usec;int32_t lat;int32_t lon;"
+    "uint8_t fix_type;uint8_t[3] _padding0;",
     "vehicle_attitude": "uint64_t timestamp;float[4] q;bool ok;char[2] tag;",
     "vehicle_angular_velocity": "uint64_t timestamp;float[3] xyz;",
     "nested": "uint64_t timestamp;inner[2] part;",

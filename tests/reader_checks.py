@@ -1,10 +1,11 @@
-"""The one check that every reader passes; each format's tests call ``check_reader`` with a good log of theirs.
+"""The one check that every reader passes; each format's tests call ``check_reader`` with a good log.
 
     from reader_checks import check_reader
     check_reader(READER, good_bytes, Path("good.tlog"))
 
-It holds for the whole log, for any beginning of it, and for damaged copies: nothing raises but ``ValueError`` for
-"no usable record"; tables are int64-indexed, in order, on the log's own clock; counts and findings are consistent.
+It holds for the whole log, for any beginning of it, and for damaged copies: nothing raises but
+``ValueError`` for "no usable record"; tables are int64-indexed, in order, on the log's own clock; counts and
+findings are consistent.
 """
 
 from __future__ import annotations

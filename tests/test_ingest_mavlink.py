@@ -49,7 +49,8 @@ def equal(ours: np.ndarray, theirs: list) -> bool:
     return np.array_equal(np.where(missing, b, a), b, equal_nan=True)
 
 
-# --- tlog -----------------------------------------------------------------------------------------------------
+# --- tlog
+# -----------------------------------------------------------------------------------------------------
 
 
 def peer_tlog(path: Path, sender: bool = False) -> dict[str, list[dict]]:
@@ -264,7 +265,8 @@ def test_live_stream_in_pieces():
     assert live.bytes_damaged >= len(junk)
 
 
-# --- DataFlash ------------------------------------------------------------------------------------------------
+# --- DataFlash
+# ------------------------------------------------------------------------------------------------
 
 
 def peer_dataflash(path: Path, capfd=None) -> dict[str, list[dict]]:
@@ -388,7 +390,8 @@ def test_dataflash_fmt_with_a_lying_length():
     assert len(log.tables["ATT"]) == 150
 
 
-# --- DataFlash as text ----------------------------------------------------------------------------------------
+# --- DataFlash as text
+# ----------------------------------------------------------------------------------------
 
 
 def as_text(data: bytes, tmp_path: Path) -> bytes:
@@ -436,7 +439,8 @@ def test_text_bad_lines_are_counted(tmp_path):
     assert text[damaged[1].offset :].startswith(b"ATT, 12\n")
 
 
-# --- ULog -----------------------------------------------------------------------------------------------------
+# --- ULog
+# -----------------------------------------------------------------------------------------------------
 
 
 def assert_as_pyulog(log, path: Path) -> None:
@@ -494,7 +498,8 @@ def test_lying_lengths_allocate_nothing():
     assert log_of(ULOG, hostile) is None
 
 
-# --- all ------------------------------------------------------------------------------------------------------
+# --- all
+# ------------------------------------------------------------------------------------------------------
 
 
 def samples(tmp_path: Path) -> dict[str, bytes]:
@@ -538,7 +543,8 @@ def test_messages_are_many_kinds():
     assert len({type(m) for m in messages(0)}) == 7
 
 
-# --- measured -------------------------------------------------------------------------------------------------
+# --- measured
+# -------------------------------------------------------------------------------------------------
 
 
 class TestMeasured:

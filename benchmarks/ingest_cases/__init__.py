@@ -25,8 +25,8 @@ class Case:
     ours, peer : callable
         ``f(path) -> int``: read it to columns, as a user would; how many records.
     records : callable, optional
-        ``records(bytes) -> list of bytes``: cut a good log into its records, for the damage table. The first is
-        kept whole (a header).
+        ``records(bytes) -> list of bytes``: cut a good log into its records, for the damage table. The first
+        is kept whole (a header).
     checksummed : bool
         Whether a flipped byte makes a record recognisably bad.
     """
@@ -42,6 +42,6 @@ class Case:
 
 
 def all_cases() -> list[Case]:
-    """The cases of all modules here."""
+    """Give the cases of all modules here."""
     modules = [importlib.import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)]
     return [case for module in modules for case in getattr(module, "CASES", ())]

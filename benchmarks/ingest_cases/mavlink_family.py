@@ -1,4 +1,4 @@
-"""tlog against pymavlink, DataFlash against DFReader, ULog against pyulog; the logs are written by the peers' packers."""
+"""tlog against pymavlink, DataFlash against DFReader, ULog against pyulog."""
 
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ def tlog_records(data: bytes) -> list[bytes]:
 DATAFLASH = {
     "FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns", "<BB4s16s64s"),
     "GPS": (
-        130, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U", "<QBBIHBhiiiffffB",
+        130, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U",
+        "<QBBIHBhiiiffffB",
     ),
     "ATT": (131, "QccccCCCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,ErrRP,ErrYaw", "<QhhhhHHHH"),
     "IMU": (132, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", "<QBffffff"),
@@ -112,9 +113,8 @@ def dataflash_body(steps: int) -> Iterator[bytes]:
             yield dataflash_record("RCOU", us, 1500, 1500, 1500, 1500, 0, 0, 0, 0)
         if i % 80 == 0:
             ms = 345_600_120 + us // 1000
-            yield dataflash_record(
-                "GPS", us, 0, 3, ms, 2290, 14, 80, 634_000_000 + i, 103_000_000 + i, 1234, 1.5, 20.0, 0.0, 0.0, 1
-            )  # fmt: skip
+            where = (634_000_000 + i, 103_000_000 + i, 1234)
+            yield dataflash_record("GPS", us, 0, 3, ms, 2290, 14, 80, *where, 1.5, 20.0, 0.0, 0.0, 1)
 
 
 def make_dataflash(folder: Path, scale: float) -> Path:

@@ -19,7 +19,7 @@ def text_column(raw: NDArray[np.bytes_], decode: Callable[[bytes], str]) -> NDAr
 
 
 def ascii_text(raw: bytes) -> str:
-    """What comes before the first zero, in ASCII; what is none is replaced (as pymavlink shows strings)."""
+    """Decode what comes before the first zero as ASCII, as pymavlink does; what is none is replaced."""
     return raw.split(b"\0")[0].decode("ascii", errors="replace")
 
 
@@ -32,7 +32,7 @@ def decoded(raw: bytes) -> str:
 
 
 def terminated(raw: bytes) -> str:
-    """What comes before the first zero: UTF-8, or else Latin-1 (as DFReader shows DataFlash strings)."""
+    """Give what comes before the first zero: UTF-8, or else Latin-1 (as DFReader shows DataFlash strings)."""
     return decoded(raw.split(b"\0")[0])
 
 
@@ -64,7 +64,7 @@ def grouped(codes: NDArray[np.integer[Any]]) -> Iterator[tuple[int, NDArray[np.i
 
 
 def without(values: NDArray[np.generic], code: int) -> NDArray[np.generic]:
-    """The values with a "not available" code as NaN; untouched (and integer) where the code does not occur."""
+    """Replace a "not available" code by NaN; where it does not occur, the integers stay untouched."""
     missing = values == code
     return np.where(missing, np.nan, values.astype(float)) if missing.any() else values
 

@@ -14,7 +14,7 @@ MOST = 10_000
 def uncovered(
     start: NDArray[np.int64], end: NDArray[np.int64], size: int, begin: int = 0
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Offsets and lengths of what records from ``start`` to ``end`` (in order) leave over in ``begin``…``size``."""
+    """Offsets and lengths of what records from ``start`` to ``end`` leave over in ``begin``…``size``."""
     left = np.concatenate([np.array([begin], dtype=np.int64), end])
     right = np.concatenate([start, np.array([size], dtype=np.int64)])
     open_ = right > left

@@ -78,7 +78,7 @@ def rows_of(data: memoryview, start: NDArray[np.int64], layout: np.dtype[np.void
 
 
 def formats_in(data: memoryview, records: Records) -> dict[int, Format]:
-    """The last sound FMT record of each type."""
+    """Give the last sound FMT record of each type."""
     from ingest.mavlink.dataflash_format import FMT_DTYPE, parse_format
     from ingest.mavlink.dataflash_records import FMT, HEADER
 
@@ -111,7 +111,7 @@ def plausible(records: Records, t_ns: NDArray[np.int64]) -> tuple[Records, NDArr
 
 
 def carried(t_ns: NDArray[np.int64], timed: NDArray[np.bool_], good: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Times of all records; one that has none takes that of the record before, or of the first that has one."""
+    """Give all records a time; one that has none takes that of the record before (or the first time)."""
     if not len(good):
         return np.zeros_like(t_ns)
     out = t_ns.copy()
@@ -122,7 +122,7 @@ def carried(t_ns: NDArray[np.int64], timed: NDArray[np.bool_], good: NDArray[np.
 
 
 def meant(data: memoryview, records: Records, formats: dict[int, Format]) -> dict[int, Format]:
-    """The formats with units and instances."""
+    """Give the formats with units and instances."""
     from ingest.mavlink.dataflash_format import with_meaning
 
     meanings = meanings_in(data, records, formats)
@@ -130,7 +130,7 @@ def meant(data: memoryview, records: Records, formats: dict[int, Format]) -> dic
 
 
 def meanings_in(data: memoryview, records: Records, formats: dict[int, Format]) -> Meanings:
-    """What UNIT, MULT and FMTU records say."""
+    """Give what UNIT, MULT and FMTU records say."""
     from ingest.mavlink.dataflash_format import Meanings, text
 
     def named(name: str, *columns: str) -> list[np.void]:
@@ -187,7 +187,7 @@ def joined(one: pd.DataFrame | None, other: pd.DataFrame) -> pd.DataFrame:
 def table_of(
     layout: Format, rows: NDArray[np.void], t_ns: NDArray[np.int64], instance: int | None
 ) -> pd.DataFrame:
-    """The table of one type of record, or of one instance of it."""
+    """Give the table of one type of record, or of one instance of it."""
     from ingest.mavlink.columns import table, terminated, text_column
     from ingest.mavlink.dataflash_format import scaled
 
@@ -218,8 +218,8 @@ def by_instance(
 ) -> list[tuple[str, int | None, NDArray[np.int64]]]:
     """Topic, number and rows of each instance.
 
-    The lowest instance has the plain name, so that it is the same in logs with one; the others have their number
-    behind it.
+    The lowest instance has the plain name, so that it is the same in logs with one; the others have their
+    number behind it.
     """
     kind, offset = field_place(layout)
     if not len(rows) or kind.kind not in "iu":

@@ -20,8 +20,8 @@ AGREE_NS = 1_000_000_000
 def utc_of_zero(tables: Mapping[str, pd.DataFrame]) -> tuple[int | None, list[Finding]]:
     """UTC at index value 0, if a receiver knew it.
 
-    A week and time that never change, do not run with the log's clock, or are nothing but that clock (the time
-    of week equals the time since boot) are placeholders.
+    A week and time that never change, do not run with the log's clock, or are nothing but that clock (the
+    time of week equals the time since boot) are placeholders.
     """
     for topic in ("GPS", "GPS[0]", "GPS[1]", "GPS2"):
         columns = tables[topic].columns if topic in tables else ()
@@ -51,7 +51,7 @@ def clock_offset(table: pd.DataFrame, week: str, milliseconds: str) -> int | Non
 
 
 def agreed(utc: NDArray[np.int64], offset: NDArray[np.int64]) -> int | None:
-    """The median offset, if time passes and most offsets agree with it."""
+    """Give the median offset, if time passes and most offsets agree with it."""
     middle = int(np.partition(offset, len(offset) // 2)[len(offset) // 2])
     if len(offset) > 1 and int(utc.min()) == int(utc.max()):
         return None

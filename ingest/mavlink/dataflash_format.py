@@ -13,7 +13,8 @@ from ingest.mavlink.columns import terminated
 
 #: numpy type of each format character.
 TYPES: Mapping[str, Any] = {
-    "a": ("<i2", (32,)), "b": "i1", "B": "u1", "g": "<f2", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4",
+    "a": ("<i2", (32,)), "b": "i1", "B": "u1", "g": "<f2", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4",
+    "f": "<f4",
     "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "d": "<f8",
     "M": "u1", "q": "<i8", "Q": "<u8",
 }  # fmt: skip
@@ -63,7 +64,7 @@ class Format:
 
 
 def parse_format(record: np.void) -> Format | None:
-    """The format that an FMT record defines; None where it is not sound."""
+    """Give the format that an FMT record defines; None where it is not sound."""
     letters = text(record["format"])
     columns = [c.strip() for c in text(record["columns"]).split(",")]
     name = text(record["name"])
@@ -74,7 +75,7 @@ def parse_format(record: np.void) -> Format | None:
 
 
 def unique(names: list[str]) -> list[str]:
-    """The names, with a number behind those that are empty or come again."""
+    """Give the names, with a number behind those that are empty or come again."""
     out: list[str] = []
     for k, name in enumerate(names):
         out.append(name if name and name not in out else f"{name}_{k}")
@@ -105,7 +106,7 @@ class Meanings:
 
 
 def with_meaning(layout: Format, meanings: Meanings) -> Format:
-    """The format with its units, and the column of its instances."""
+    """Give the format with its units, and the column of its instances."""
     unit_ids, multiplier_ids = meanings.by_kind.get(layout.kind, ("", ""))
     units = tuple(
         unit_of(layout.letters[k], unit_ids[k : k + 1], multiplier_ids[k : k + 1], meanings)
@@ -119,7 +120,7 @@ def with_meaning(layout: Format, meanings: Meanings) -> Format:
 
 
 def unit_of(letter: str, unit_id: str, multiplier_id: str, meanings: Meanings) -> str:
-    """Unit of one column as it is decoded: with the multiplier as a prefix, unless the letter scales it."""
+    """Give the unit of a column as decoded: the multiplier as a prefix, unless the letter scales it."""
     unit = meanings.units.get(ord(unit_id), "") if unit_id else ""
     multiplier = meanings.multipliers.get(ord(multiplier_id)) if multiplier_id else None
     if not unit or letter in DIVISORS or multiplier is None:

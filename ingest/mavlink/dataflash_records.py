@@ -1,8 +1,9 @@
 """Find the records of an ArduPilot DataFlash log in its bytes.
 
-A record is ``A3 95``, its type, and a body whose length its FMT record gave; there is no checksum. What tells a
-good record is that another follows. Where none does, either junk follows or the record itself is damaged: if a
-chain of records starts inside it, it is damaged; otherwise it is kept, as weak, and its time must fit.
+A record is ``A3 95``, its type, and a body whose length its FMT record gave; there is no checksum. What
+tells a good record is that another follows. Where none does, either junk follows or the record itself is
+damaged: if a chain of records starts inside it, it is damaged; otherwise it is kept, as weak, and its time
+must fit.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ HEADER, HEAD1, HEAD2 = 3, 0xA3, 0x95
 FMT, FMT_LENGTH = 128, 89
 #: Bytes of each format character; 0 where it is not one.
 SIZES = {
-    "a": 64, "b": 1, "B": 1, "g": 2, "h": 2, "H": 2, "i": 4, "I": 4, "f": 4, "n": 4, "N": 16, "Z": 64, "c": 2, "C": 2,
+    "a": 64, "b": 1, "B": 1, "g": 2, "h": 2, "H": 2, "i": 4, "I": 4, "f": 4, "n": 4, "N": 16, "Z": 64,
+    "c": 2, "C": 2,
     "e": 4, "E": 4, "L": 4, "d": 8, "M": 1, "q": 8, "Q": 8,
 }  # fmt: skip
 
@@ -47,7 +49,7 @@ class Records:
     weak: NDArray[np.bool_]
 
     def keep(self, mask: NDArray[np.bool_]) -> Records:
-        """The records that a mask selects."""
+        """Give the records that a mask selects."""
         return Records(self.start[mask], self.kind[mask], self.length[mask], self.weak[mask])
 
 

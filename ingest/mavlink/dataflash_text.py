@@ -1,4 +1,4 @@
-"""ArduPilot DataFlash logs as text (``.log``): one record a line, already scaled, described by its FMT lines."""
+"""ArduPilot DataFlash logs as text (``.log``): a record a line, already scaled, described by FMT lines."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def grouped(data: memoryview, lines: NDArray[np.void]) -> dict[str, NDArray[np.i
 
 
 def formats_in(data: memoryview, lines: NDArray[np.void]) -> dict[str, Format]:
-    """The formats that FMT lines define, by name."""
+    """Give the formats that FMT lines define, by name."""
     from ingest.mavlink.dataflash_format import TYPES, Format, unique
 
     out = {}
@@ -107,7 +107,7 @@ def parsed(
     layout: Format,
     good: NDArray[np.bool_],
 ) -> pd.DataFrame:
-    """The lines of one type that fit, indexed by their position; marks them in ``good``."""
+    """Give the lines of one type that fit, indexed by their position; marks them in ``good``."""
     import pandas as pd
 
     from ingest.mavlink.text_lines import rests
@@ -162,7 +162,7 @@ def typed(frame: pd.DataFrame, layout: Format) -> tuple[pd.DataFrame, NDArray[np
 
 
 def meant(whole: Mapping[str, pd.DataFrame], formats: Mapping[str, Format]) -> dict[str, Format]:
-    """The formats with units and instances."""
+    """Give the formats with units and instances."""
     from ingest.mavlink.dataflash_format import with_meaning
 
     meanings = meanings_in(whole)
@@ -170,7 +170,7 @@ def meant(whole: Mapping[str, pd.DataFrame], formats: Mapping[str, Format]) -> d
 
 
 def meanings_in(whole: Mapping[str, pd.DataFrame]) -> Meanings:
-    """What UNIT, MULT and FMTU lines say."""
+    """Give what UNIT, MULT and FMTU lines say."""
     from ingest.mavlink.dataflash_format import Meanings
 
     def rows(name: str, *columns: str) -> list[tuple[object, ...]]:
@@ -199,7 +199,7 @@ def timeline(
     formats: Mapping[str, Format],
     count: int,
 ) -> NDArray[np.int64]:
-    """Nanoseconds since boot of every line, in the order of the lines; those without a time take that before."""
+    """Nanoseconds since boot of every line, in order; those without a time take that before."""
     from ingest.clock import continue_clock, mended
     from ingest.mavlink.dataflash import carried
 
@@ -217,12 +217,12 @@ def timeline(
 
 
 def with_time(frame: pd.DataFrame, times: NDArray[np.int64]) -> pd.DataFrame:
-    """The table, indexed by time."""
+    """Give the table, indexed by time."""
     return frame.set_axis(times[frame.index.to_numpy(dtype=np.int64)], axis=0)
 
 
 def by_instance(layout: Format, whole: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """The table by topic: the lowest instance has the plain name, the others their number behind it."""
+    """Give the table by topic: the lowest instance has the plain name, the others their number behind it."""
     if layout.instance is None or not len(whole):
         return {layout.name: whole}
     instance = whole[layout.instance].to_numpy(dtype=float)

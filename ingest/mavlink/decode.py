@@ -53,7 +53,7 @@ def decode_frames(
 
 
 def decode_type(timed: Timed, kind: MessageType, rows: NDArray[np.int64]) -> pd.DataFrame:
-    """The table of one type of message."""
+    """Give the table of one type of message."""
     frames = timed.frames.table[rows]
     raw = np.zeros((len(rows), max(kind.dtype.itemsize, 1)), dtype=np.uint8)
     b = np.frombuffer(timed.data, dtype=np.uint8)

@@ -128,7 +128,7 @@ def field_layout(name: str, letter: str, length: int) -> tuple[str, str] | tuple
 
 
 def greatest(dtype: np.dtype[Any], field: str, text: str) -> int | None:
-    """The greatest value of a field, if the XML says that it means "not available"."""
+    """Give the greatest value of a field, if the XML says that it means "not available"."""
     match = INVALID_MAX.fullmatch(text)
     base = dtype[field].base if match and field in (dtype.names or ()) else None
     if match is None or base is None or base.kind not in "iu":
@@ -138,7 +138,7 @@ def greatest(dtype: np.dtype[Any], field: str, text: str) -> int | None:
 
 
 def invalid_codes(xml: Path) -> dict[str, dict[str, str]]:
-    """The ``invalid`` attributes of a dialect's XML and of those that it includes; empty where it is not there."""
+    """Collect the ``invalid`` attributes of a dialect's XML, if it is there, and of those it includes."""
     out: dict[str, dict[str, str]] = {}
     todo, done = [xml], set()
     while todo:

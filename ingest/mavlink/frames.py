@@ -1,8 +1,9 @@
 """Find MAVLink frames in bytes: version 1 and 2, signed or not, checksums verified, next to any damage.
 
-One pass, compiled. A frame counts if its checksum is right; on failure the scan goes on one byte further, so that
-junk, lost bytes and broken frames cost nothing but themselves. A frame of an unknown type (whose checksum cannot be
-verified) counts only where it follows directly on a good frame and is itself followed by one.
+One pass, compiled. A frame counts if its checksum is right; on failure the scan goes on one byte further, so
+that junk, lost bytes and broken frames cost nothing but themselves. A frame of an unknown type (whose
+checksum cannot be verified) counts only where it follows directly on a good frame and is itself followed by
+one.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ class Frames:
     ----------
     table : (n,) FRAME
         ``start`` and ``end`` of the frame, ``number`` (message id), ``payload`` (its offset from ``start``),
-        ``length`` (of the payload), ``sequence``, ``system``, ``component``; ``direct``: whether it follows on the
-        frame before, with nothing but the time stamp between.
+        ``length`` (of the payload), ``sequence``, ``system``, ``component``; ``direct``: whether it follows
+        on the frame before, with nothing but the time stamp between.
     kind : (n,) int16
         Position in ``Dialect.types``; −1 where the type is not known.
     """
@@ -70,7 +71,7 @@ def crc_table() -> NDArray[np.uint16]:  # pragma: no cover - compiled
 
 @compiled
 def extent(b: NDArray[np.uint8], p: int) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
-    """Offset of the payload, its length, total length and message id of a frame at ``p``; total 0 if none can be."""
+    """Payload offset and length, total length, message id of a frame at ``p``; total 0 if none can be."""
     n = len(b)
     if p + 8 > n:
         return 0, 0, 0, 0
@@ -216,7 +217,7 @@ def gather_payloads(
 def gather_stamps(
     b: NDArray[np.uint8], start: NDArray[np.int64]
 ) -> NDArray[np.int64]:  # pragma: no cover - compiled
-    """Big-endian microseconds in the eight bytes before each start, as nanoseconds; −1 where there are none."""
+    """Big-endian microseconds in the eight bytes before each start, in nanoseconds; −1 for none."""
     out = np.full(len(start), -1, dtype=np.int64)
     for i in range(len(start)):
         if start[i] >= 8:

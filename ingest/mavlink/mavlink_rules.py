@@ -57,7 +57,7 @@ def chosen_component(sources: Iterable[Source], tables: Mapping[str, pd.DataFram
 
 
 def one_component(source: Source, table: pd.DataFrame) -> Source:
-    """The source, restricted to one component where there are several."""
+    """Give the source, restricted to one component where there are several."""
     components = table.loc[table[SOURCE] == source.device, "component"]
     lowest = int(components.min())
     if int(components.max()) == lowest:

@@ -64,7 +64,7 @@ def copy_rests(
 
 
 def rests(data: memoryview | bytes, lines: NDArray[np.void]) -> bytes:
-    """The lines without their first word, one under another."""
+    """Give the lines without their first word, one under another."""
     word, end = np.ascontiguousarray(lines["word"]), np.ascontiguousarray(lines["end"])
     out = np.empty(int((np.maximum(end - word - 1, 0) + 1).sum()), dtype=np.uint8)
     copy_rests(np.frombuffer(data, dtype=np.uint8), word, end, out)

@@ -1,4 +1,4 @@
-"""MAVLink telemetry logs (``.tlog``): each frame after its time in eight bytes, big-endian microseconds UTC."""
+"""MAVLink telemetry logs (``.tlog``): each frame after its time, eight bytes of big-endian microseconds."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
 def stamps(
     data: memoryview, start: NDArray[np.int64], end: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], list[Finding]]:
-    """Times of frames; those whose stamp is lost or strays from its neighbours' are interpolated.
+    """Give times of frames; those whose stamp is lost or strays from its neighbours' are interpolated.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""PX4 ULog (``.ulg``): topics with the names and values that pyulog gives, and more of them next to damage."""
+"""PX4 ULog (``.ulg``): topics with the names and values of pyulog, and more of them next to damage."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def timed_rows(data: memoryview, scan: Scan) -> tuple[NDArray[np.int64], NDArray
 def stamps(
     data: memoryview, scan: Scan, begin: NDArray[np.int64], identity: NDArray[np.uint16]
 ) -> NDArray[np.int64]:
-    """Times in nanoseconds since boot; zeros and what is far from all others take the time of the neighbours."""
+    """Give times in nanoseconds since boot; zeros and what is far from all others take the time before."""
     from ingest.mavlink.dataflash_records import gather_times
 
     at = np.zeros(1 << 16, dtype=np.int64)
@@ -167,7 +167,7 @@ def decode(
 def table_of(
     data: memoryview, s: Subscription, start: NDArray[np.int64], t_ns: NDArray[np.int64], numbered: bool
 ) -> pd.DataFrame:
-    """The table of one subscription."""
+    """Give the table of one subscription."""
     from ingest.mavlink.columns import table
     from ingest.mavlink.dataflash import rows_of
 

@@ -63,7 +63,7 @@ def parse_format(body: bytes) -> tuple[str, tuple[Field, ...]] | None:
 
 
 def parse_subscription(body: bytes, formats: Mapping[str, tuple[Field, ...]]) -> Subscription | None:
-    """The subscription of an add-logged message; None where its format is not known or not sound."""
+    """Give the subscription of an add-logged message; None where its format is not known or not sound."""
     name = body[3:].decode("latin-1")
     if len(body) < 4 or name not in formats:
         return None

@@ -1,7 +1,7 @@
 """Find the messages of a PX4 ULog in its bytes.
 
-A message is its size (two bytes), its type, and its body; there is no checksum. A data message must have the size
-of its subscription's format; what tells the others is that a good message follows.
+A message is its size (two bytes), its type, and its body; there is no checksum. A data message must have the
+size of its subscription's format; what tells the others is that a good message follows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ HEADER, FILE_HEADER = 3, 16
 RECORD = np.dtype([("start", "i8"), ("size", "u2"), ("kind", "u1"), ("identity", "u2")])
 #: Largest body that is believed, by type of message; 0 for what is no type.
 LIMITS = {
-    "B": 256, "F": 16_384, "I": 8_192, "M": 65_535, "P": 512, "Q": 512, "A": 512, "R": 2, "L": 2_048, "C": 2_048,
+    "B": 256, "F": 16_384, "I": 8_192, "M": 65_535, "P": 512, "Q": 512, "A": 512, "R": 2, "L": 2_048,
+    "C": 2_048,
     "S": 8, "O": 2, "D": 65_535,
 }  # fmt: skip
 DATA, FORMAT, ADD, DROPOUT = ord("D"), ord("F"), ord("A"), ord("O")
@@ -55,7 +56,7 @@ def total_at(
     least: NDArray[np.int32],
     most: NDArray[np.int32],
 ) -> int:  # pragma: no cover - compiled
-    """Length, with header, of the message at ``p``; 0 where there can be none; −1 where it would be cut off."""
+    """Length, with header, of the message at ``p``; 0 where there can be none; −1 where it is cut off."""
     n = len(b)
     if p + HEADER > n:
         return -1

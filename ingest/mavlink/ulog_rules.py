@@ -41,7 +41,7 @@ RULES: tuple[Rule, ...] = (
 
 
 def with_heading(topic: str, table: pd.DataFrame) -> pd.DataFrame:
-    """The attitude with a column ``heading`` (rad, clockwise from north) from its quaternion (w, x, y, z)."""
+    """Add a column ``heading`` (rad, clockwise from north) from an attitude as a quaternion (w, x, y, z)."""
     names = [f"q[{k}]" for k in range(4)]
     if not topic.startswith("vehicle_attitude") or not set(names) <= set(table.columns):
         return table
