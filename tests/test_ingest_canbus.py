@@ -490,6 +490,16 @@ def test_stamps_are_exact():
     ]
 
 
+def test_stamps_beyond_64_bits_are_left_out():
+    head = b"timestamp,arbitration_id,extended,remote,error,dlc,data\n"
+    line = b"%d.5,0x9f11201,1,0,0,8,/3Ja/3//f/0=\n"
+    stamps = [*range(1_700_000_000, 1_700_000_020), 9_999_999_999, *range(1_700_000_020, 1_700_000_040)]
+    log = log_of(READER["can-csv"], head + b"".join(line % s for s in stamps))
+    assert (log.messages, log.duration_s) == (40, 39.0)
+    canboat_lines = ACTISENSE.replace(b"2023-11-14T22:13:22", b"9999-99-99T99:99:99")
+    assert log_of(READER["actisense"], canboat_lines).messages >= 200
+
+
 @given(st.lists(st.integers(-(2**62), 2**62), max_size=40), st.sampled_from(["utc", "day", "start"]))
 @settings(max_examples=100, deadline=None)
 def test_any_stamps_are_taken(stamps, clock):

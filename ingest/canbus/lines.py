@@ -17,6 +17,8 @@ from ingest.canbus.damage import merged
 from ingest.canbus.frames import Frames, implausible_lengths, joined
 
 CHUNK = 1 << 17
+#: A damaged stamp may say more than 64 bits hold.
+MOST_SECONDS, MOST_DAYS = 9_000_000_000, 100_000
 LINE_ENDS = (b"\r", b"\n")
 NOT_HEX = bytes(set(range(256)) - set(b"0123456789abcdefABCDEF"))
 
@@ -186,7 +188,8 @@ def channel_column(groups: dict[str, list[bytes]], count: int) -> tuple[tuple[st
 def seconds_ns(texts: list[bytes]) -> NDArray[np.int64]:
     """Nanoseconds from decimal seconds, exact; 0 where there is no text."""
     halves = (t.partition(b".") for t in texts)
-    return np.array([int(a or 0) * 10**9 + int((b + b"000000000")[:9]) for a, _, b in halves], np.int64)
+    parts = [min(int(a or 0), MOST_SECONDS) * 10**9 + int((b + b"000000000")[:9]) for a, _, b in halves]
+    return np.array(parts, np.int64)
 
 
 def milliseconds_ns(texts: list[bytes]) -> NDArray[np.int64]:
@@ -213,4 +216,5 @@ def day_number(date: bytes) -> int:
     """Days since 1970 of ``yyyy-mm-dd``; impossible days run over into the next month."""
     year, month, day = (int(v) for v in date.split(b"-"))
     months = (year - 1970) * 12 + min(max(month, 1), 12) - 1
-    return int(np.datetime64(months, "M").astype("datetime64[D]").astype(np.int64)) + day - 1
+    first = int(np.datetime64(months, "M").astype("datetime64[D]").astype(np.int64))
+    return min(max(first + day - 1, 0), MOST_DAYS)
