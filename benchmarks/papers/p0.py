@@ -65,7 +65,7 @@ def score(theta: FloatArray, case: Case, *, fixed: bool = False) -> FloatArray:
     """Free-running errors of u, v, r against the truth, and their fitness, (4,)."""
     truth = case.truth
     found = errors(theta, truth.t, truth.states, truth.delta, SPEED, fixed=fixed)[0]
-    return np.append(found, fitness(found))
+    return np.nan_to_num(np.append(found, fitness(found)), nan=np.inf)
 
 
 def fitness(found: FloatArray) -> FloatArray:
@@ -134,6 +134,8 @@ def searched(optimiser: str) -> Callable[[Case, int], FloatArray]:
 
         options = {"population": 4, "attenuation": 0.9}
         found = minimise(OPTIMISERS[optimiser], objective, [BANDWIDTHS] * 3, BUDGET, seed, **options)
+        if not np.isfinite(found.value):  # every candidate's free run diverged
+            return np.full(sum(SIZES) + len(SIZES), np.nan)
         return observed(case, found.x)
 
     return method
