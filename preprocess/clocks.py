@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from preprocess.chains import Segments, assemble, variances
-from preprocess.kalman import cost
+from preprocess.chains import Segments, Stream, assemble, variances
+from preprocess.commanded import fitted_intensity
+from preprocess.kalman import Rows, cost
 from preprocess.levels import thin_out
 from preprocess.smoother import ChainResult, first_guess
 from preprocess.trial import FloatArray, Measurement
@@ -98,10 +99,12 @@ def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | N
         return None
     compass, gyro = heading.streams
     _, prior = first_guess(heading.streams)
+    start = heading.levels.q if heading.drive is None else 1e2 * heading.levels.q
+    q = fitted_intensity(_rows(heading.streams, heading.levels.sigma, segments), start, prior)
 
     def deviance(tau: float) -> float:
-        moved = replace(gyro, t=gyro.t - tau)
-        return _deviance(replace(heading, streams=(compass, moved)), segments, prior)
+        moved = (compass, replace(gyro, t=gyro.t - tau))
+        return cost(_rows(moved, heading.levels.sigma, segments), q, prior)
 
     offset, curvature = search(deviance)
     # -2 log L has curvature 2 / variance
@@ -109,11 +112,11 @@ def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | N
     return ClockOffset("yaw_rate", "heading", offset, float(stderr))
 
 
-def _deviance(chain: ChainResult, segments: Segments, prior: FloatArray) -> float:
-    assembled = assemble(chain.streams, segments, np.empty(0), chain.drive)
-    rows = replace(assembled.rows, variance=variances(assembled.stream, chain.levels.sigma))
-    thin, _ = thin_out(rows, assembled.stream)
-    return cost(thin, chain.levels.q, prior)
+def _rows(streams: tuple[Stream, ...], sigma: FloatArray, segments: Segments) -> Rows:
+    """Rows of an even drive: one that follows the inputs is itself a statement about time."""
+    assembled = assemble(streams, segments, np.empty(0))
+    rows = replace(assembled.rows, variance=variances(assembled.stream, sigma))
+    return thin_out(rows, assembled.stream)[0]
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,12 @@ def refined(
 
 
 def fitted_cost(rows: Rows, q: float, prior: FloatArray) -> float:
-    """Least -2 log likelihood over the process intensity, by golden section on its logarithm."""
+    """Least -2 log likelihood over the process intensity."""
+    return cost(rows, fitted_intensity(rows, q, prior), prior)
+
+
+def fitted_intensity(rows: Rows, q: float, prior: FloatArray) -> float:
+    """The process intensity of the greatest likelihood near ``q``, by golden section on its logarithm."""
     ratio = 0.5 * (np.sqrt(5.0) - 1.0)
     low, high = np.log(q) - 9.0, np.log(q) + 9.0
     a, b = high - ratio * (high - low), low + ratio * (high - low)
@@ -126,4 +131,4 @@ def fitted_cost(rows: Rows, q: float, prior: FloatArray) -> float:
             low, a, fa = a, b, fb
             b = low + ratio * (high - low)
             fb = cost(rows, float(np.exp(b)), prior)
-    return min(fa, fb)
+    return float(np.exp(a if fa < fb else b))
