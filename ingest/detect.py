@@ -135,7 +135,10 @@ def telling(option: str, column: object, rows: pd.DataFrame) -> bool:
     """Whether the column that an option names is there; an accuracy must also be positive somewhere."""
     if column not in rows.columns:
         return False
-    return option not in ("hdop", "accuracy") or bool((rows[column].to_numpy(dtype=float) > 0.0).any())
+    if option not in ("hdop", "accuracy"):
+        return True
+    with np.errstate(invalid="ignore"):
+        return bool((rows[column].to_numpy(dtype=float) > 0.0).any())
 
 
 def per_device(table: pd.DataFrame) -> Iterator[tuple[int | None, pd.DataFrame]]:
@@ -166,7 +169,8 @@ def graded(rule: Rule, rows: pd.DataFrame, span: int) -> float | None:
 def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
     """Give samples that are finite, good enough and not a placeholder; (n,) bool."""
     try:
-        values = np.column_stack([rows[c].to_numpy(dtype=float) for c in rule.fields.values()])
+        with np.errstate(invalid="ignore"):  # signalling NaNs
+            values = np.column_stack([rows[c].to_numpy(dtype=float) for c in rule.fields.values()])
     except (TypeError, ValueError):
         return np.zeros(len(rows), dtype=bool)
     good = np.isfinite(values).all(axis=1) & quality_mask(rule.options, rows)

@@ -45,5 +45,7 @@ def with_heading(topic: str, table: pd.DataFrame) -> pd.DataFrame:
     names = [f"q[{k}]" for k in range(4)]
     if not topic.startswith("vehicle_attitude") or not set(names) <= set(table.columns):
         return table
-    w, x, y, z = (table[n].to_numpy(dtype=float) for n in names)
-    return table.assign(heading=np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    with np.errstate(all="ignore"):  # damaged values may be anything
+        w, x, y, z = (table[n].to_numpy(dtype=float) for n in names)
+        heading = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return table.assign(heading=heading)
