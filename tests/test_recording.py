@@ -15,7 +15,7 @@ from results_example import CURRENT, example_results
 
 from validate.recording import entities, write_recording
 from validate.recording.recording import recording_id
-from validate.recording.stream import MOST, strips
+from validate.recording.stream import most_rows, strips
 from validate.recording.tracks import geographic, on_plan
 
 NAME = "zigzag0.nmea"
@@ -222,16 +222,17 @@ def test_the_identity_depends_on_the_seed_and_not_on_the_time(results):
 
 
 @pytest.mark.slow
-def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path):
-    results = example_results(logs=1, duration=3600.0, rate=50.0)
-    started = time.perf_counter()
+@pytest.mark.parametrize("logs", [1, 30])
+def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path, logs):
+    results = example_results(logs=logs, duration=3600.0 / logs, rate=50.0)
+    started = time.process_time()
     write_recording(results, tmp_path / "x.rrd")
-    assert time.perf_counter() - started < 5.0
+    assert time.process_time() - started < 5.0
     assert (tmp_path / "x.rrd").stat().st_size < 150e6
     chunks, table = read(tmp_path / "x.rrd"), results.predictions[f"logs/{NAME}"]
     for part in ("before", "after"):
         found = column(chunks, entities.prediction(NAME, "v", part), "scalars")
-        assert len(found) <= MOST + 2
+        assert len(found) <= most_rows(logs) + 2
         assert (found.min(), found.max()) == (table[f"v_{part}"].min(), table[f"v_{part}"].max())
 
 

@@ -26,6 +26,7 @@ from validate.report.contents import gaps
 from validate.report.model_file import ModelFileError
 from validate.report.names import file_names, slug
 from validate.report.page import report_page
+from validate.report.plan import spread
 from validate.report.schema import to_json
 from validate.report.svg import limits_of, path, tick_text, ticks
 from validate.report.tables import sampled
@@ -301,6 +302,10 @@ def test_a_value_is_written_as_far_as_its_error_lets_it_count(value, error, expe
     assert plus_minus(value, error) == expected
 
 
+def test_a_number_that_rounds_up_has_no_digit_too_many():
+    assert [number(v) for v in (9.9999, 0.99996, 9.99)] == ["10.0", "1.00", "9.99"]
+
+
 def test_numbers_have_true_minus_signs_and_dashes():
     assert [number(v) for v in (None, math.inf, 0.0, -0.5, 12345.6, 1e-7)] == [
         "–",
@@ -354,6 +359,16 @@ def test_an_error_that_rises_is_said_to_rise(results):
         results, validation_before=results.validation_after, validation_after=results.validation_before
     )
     assert "rises from" in headline(swapped)
+
+
+def test_an_error_that_stays_is_not_said_to_change(results):
+    assert "stays at" in headline(replace(results, validation_before=results.validation_after))
+
+
+def test_hulls_are_spread_along_the_way_and_not_in_time():
+    north = np.concatenate([np.zeros(1000), np.linspace(0, 100, 50)])
+    rows = spread(np.column_stack([north, np.zeros(1050), np.zeros(1050)]), 5)
+    np.testing.assert_allclose(north[rows], [0, 25, 50, 75, 100], atol=2.1)
 
 
 def test_wiring_and_deadband_in_words(results):

@@ -16,7 +16,7 @@ from validate.recording import entities
 from validate.recording.layout import LogView, blueprint, bounds
 from validate.recording.series import PREDICTED, send_inputs, send_predictions, send_signals
 from validate.recording.story import send_documents, send_events
-from validate.recording.stream import Clock
+from validate.recording.stream import Clock, most_rows
 from validate.recording.tracks import send_tracks
 from validate.report.contents import logs_with_trials
 from validate.report.figures import column
@@ -76,7 +76,8 @@ def send_log(
     two: bool,
 ) -> None:
     """Everything of one log; ``name`` is its unique file name, ``key`` its name in the campaign."""
-    clock = Clock(next((t.utc_ns for t in trials if t.utc_ns is not None), None))
+    utc_ns = next((t.utc_ns for t in trials if t.utc_ns is not None), None)
+    clock = Clock(utc_ns, most_rows(len(results.predictions)))
     parts = ("before", "after") if two else ("after",)
     send_tracks(rec, name, table, trials, results.after, clock, ("smoothed", *parts))
     send_signals(rec, name, table, trials, clock)

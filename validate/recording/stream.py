@@ -11,17 +11,20 @@ from preprocess.trial import FloatArray
 from validate.recording.entities import COLOURS, ELAPSED, UTC
 from validate.report.thinning import IntArray, extremes
 
-#: Rows of one series above which it is thinned to its extremes.
-MOST = 20_000
+#: Rows of one series above which it is thinned to its extremes, and about how many a recording holds in all.
+MOST, FEWEST, TOTAL = 20_000, 1_000, 2_500_000
+#: Series that a log has, about.
+SERIES = 60
 #: Rows of one send: several chunks are written faster than one large one.
 CHUNK = 10_000
 
 
 @dataclass(frozen=True)
 class Clock:
-    """The times of one log: ``utc_ns`` is UTC at t = 0, where it is known."""
+    """The times of one log: ``utc_ns`` is UTC at t = 0, where known; a series has at most ``most`` rows."""
 
     utc_ns: int | None
+    most: int = MOST
 
     def columns(self, t: FloatArray) -> list[rr.TimeColumn]:
         """Index columns for samples at ``t``, s."""
@@ -65,10 +68,15 @@ def send_series(
 
 def send_scalars(rec: rr.RecordingStream, path: str, clock: Clock, t: FloatArray, value: FloatArray) -> None:
     """The samples themselves, thinned to their extremes, in chunks."""
-    rows = extremes(value, MOST)
+    rows = extremes(value, clock.most)
     for part in chunks(rows):
         columns = rr.Scalars.columns(scalars=value[part])
         rec.send_columns(path, indexes=clock.columns(t[part]), columns=columns)
+
+
+def most_rows(logs: int) -> int:
+    """Rows of one series, so that a campaign of many logs stays small; far more than a screen has columns."""
+    return int(np.clip(TOTAL // (SERIES * max(1, logs)), FEWEST, MOST))
 
 
 def chunks(rows: IntArray) -> list[IntArray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import PurePath
@@ -125,7 +126,7 @@ def _signal_entry(name: str, pieces: list[tuple[Measurement, bool]]) -> schema.S
     step = float(np.nanmedian(times)) if np.isfinite(times).any() else np.nan
     return schema.SignalEntry(
         name=name,
-        source=pieces[0][0].source,
+        source=re.sub(r"(^|\s)\.", r"\1", pieces[0][0].source),
         rate_hz=1.0 / step if step > 0 else None,
         gaps=sum(gaps(m) for m, is_input in pieces if not (is_input and m.held)),
         outliers=sum(int((~m.good).sum()) for m, _ in pieces),

@@ -12,7 +12,7 @@ from preprocess.trial import FloatArray, Trial
 from preprocess.vessel import Vessel
 from validate.report.figures import Figure, column
 from validate.report.svg import FINE, dots, limits_of, line, path, picture, text, tick_text, ticks, whole
-from validate.report.thinning import even, extremes
+from validate.report.thinning import IntArray, even, extremes
 
 WIDTH, HEIGHT, EDGE = 420.0, 248.0, 14.0
 MOST, HULLS, SHORTEST_HULL = 700, 9, 5.0
@@ -132,9 +132,16 @@ def _hulls(chart: Chart, table: pd.DataFrame, vessel: Vessel) -> str:
     if vessel.length * chart.scale < SHORTEST_HULL:
         px, py = chart.pixels(state[:1, 0], state[:1, 1])
         return f'<path class="start" d="{dots(px, py)}"/>'
-    outlines = hulls_at(vessel, *state[even(len(state), HULLS)].T)
+    outlines = hulls_at(vessel, *state[spread(state, HULLS)].T)
     drawn = (path(*chart.pixels(o[:, 0], o[:, 1])) for o in outlines)
     return f'<path class="hull" d="{"".join(drawn)}"/>'
+
+
+def spread(state: FloatArray, most: int) -> IntArray:
+    """Rows of a track, (n, 2+), about evenly far apart along the way."""
+    way = np.concatenate([[0.0], np.hypot(*np.diff(state[:, :2], axis=0).T).cumsum()])
+    rows = np.searchsorted(way, np.linspace(0.0, way[-1], most))
+    return np.unique(np.clip(rows, 0, len(state) - 1))
 
 
 def _scale_bar(chart: Chart) -> str:

@@ -32,8 +32,10 @@ def signal_rows(entries: list[LogEntry]) -> list[dict[str, Any]]:
 
 def rate_words(rates: list[float | None]) -> str:
     """One rate, or the range."""
-    known = list(dict.fromkeys(words.number(r) for r in sorted(r for r in rates if r is not None)))
-    return "–" if not known else known[0] if len(known) == 1 else f"{known[0]} to {known[-1]}"
+    known = sorted(r for r in rates if r is not None)
+    if not known or known[-1] < 1.02 * known[0]:
+        return words.number(known[0]) if known else "–"
+    return f"{words.number(known[0])} to {words.number(known[-1])}"
 
 
 def worst_log(found: list[tuple[str, SignalEntry]]) -> str:

@@ -37,7 +37,9 @@ def extremes(value: FloatArray, most: int) -> IntArray:
     low = np.where(np.isnan(buckets), np.inf, buckets).argmin(axis=1)
     high = np.where(np.isnan(buckets), -np.inf, buckets).argmax(axis=1)
     first = np.arange(len(buckets)) * size
-    return np.unique(np.concatenate([[0, n - 1], first + low, first + high]))
+    kept = np.zeros(n, bool)
+    kept[np.concatenate([[0, n - 1], first + low, first + high])] = True
+    return np.flatnonzero(kept)
 
 
 def even(n: int, most: int) -> IntArray:

@@ -20,7 +20,8 @@ def number(value: float | None, digits: int = 3) -> str:
     if value == 0:
         return "0"
     if 1e-4 <= abs(value) < 1e5:
-        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        power = int(f"{value:.{digits - 1}e}".split("e")[1])
+        decimals = max(0, digits - 1 - power)
         return f"{value:.{decimals}f}".replace("-", "−")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa}·10{superscript(int(power))}".replace("-", "−")
@@ -171,11 +172,11 @@ def error_words(results: Results) -> str:
         ("fitness", before.fitness, after.fitness, "", 1.0),
     ):
         if b is not None and a is not None and math.isfinite(b) and math.isfinite(a):
-            verb = "falls" if a < b else "stays" if a == b else "rises"
-            gap = "" if unit == "°" else " "
-            return (
-                f"the {what} on unseen logs {verb} from {number(b * scale)} to {number(a * scale)}{gap}{unit}"
-            )
+            verb = "falls" if a < b else "rises"
+            gap = "" if unit == "°" or not unit else " "
+            first, last = number(b * scale), number(a * scale)
+            change = f"stays at {last}" if first == last else f"{verb} from {first} to {last}"
+            return f"the {what} on unseen logs {change}{gap}{unit}"
     return "no error on unseen logs can be given"
 
 
@@ -184,7 +185,7 @@ def headline(results: Results) -> str:
     found, model = results.diagnosis, results.after.model
     if found is None:
         return f"The model {model} was fitted and validated; what it lacks was not searched for."
-    effects = joined(effect_words(e.fitted) for e in found.effects)
+    effects = joined(effect_words(e.fitted) for e in found.effects) or "what is named below"
     if found.verdict is Verdict.ADEQUATE:
         return f"The model {model} lacks nothing that these data can show."
     if found.verdict is Verdict.EXPLAINED:
@@ -195,7 +196,7 @@ def headline(results: Results) -> str:
             f"The model {model} lacks something: best explained by {effects}, but on these data that "
             f"cannot be told from {others}; with it, {error_words(results)}."
         )
-    beside = f" beside {effects}" if effects else ""
+    beside = f" beside {effects}" if found.effects else ""
     return f"The model {model} misses something material{beside} that no known effect accounts for."
 
 
