@@ -618,9 +618,12 @@ def test_devices_and_instances_are_told_apart():
     ]
     assert [s.device for s in found["rudder"]] == [5, 4]
     assert found["rudder"][1].rank < found["rudder"][0].rank - 20
-    assert [s.options["quality_in"] for s in found["propeller"]] == [(0.0,), (1.0,)]
-    table = log_of(READER["candump"], candump(messages)).tables["engineParametersRapidUpdate"]
-    assert table["speed"].iloc[0] == pytest.approx(1500.0)
+    assert [s.topic for s in found["propeller"]] == [f"engineParametersRapidUpdate[{k}]" for k in (0, 1)]
+    log = log_of(READER["candump"], candump(messages))
+    starboard = log.tables["engineParametersRapidUpdate[1]"]["speed"]
+    assert starboard.to_numpy() == pytest.approx(900.0 + np.arange(40))
+    assert len(log.tables["engineParametersRapidUpdate"]) == 80
+    assert log.units["engineParametersRapidUpdate[1]", "speed"] == "rpm"
     assert found["propeller"][0].unit == "rpm"
 
 

@@ -2,9 +2,9 @@
 
 A table is named by canboat's id of the PGN (``rudder``, ``vesselHeading``, ``cogSogRapidUpdate``), its
 columns by canboat's ids of the fields, with the units of canboat.json (rad, m/s, deg for latitude and
-longitude, rpm for engine speed). ``source`` is the sender's address. Codes of lookups stay codes.
-Not-available and out-of-range codes are NaN, and so are fields beyond the end of a short payload. Repeated
-fields are columns ``name[0]``, ``name[1]``, ….
+longitude, rpm for engine speed). ``source`` is the sender's address (canboat's own field ``source`` is
+``source_``). Codes of lookups stay codes. Not-available and out-of-range codes are NaN, and so are fields
+beyond the end of a short payload. Repeated fields are columns ``name[0]``, ``name[1]``, ….
 """
 
 from __future__ import annotations

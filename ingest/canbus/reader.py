@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ingest.canbus import n2k, utc
 from ingest.canbus.frames import Capture
-from ingest.canbus.sources import sources
+from ingest.canbus.sources import instance_tables, sources
 from ingest.canbus.stamps import repaired
 from ingest.log import Finding
 from ingest.reader import Decoded, Reader, ReadOptions
@@ -45,7 +45,9 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
 
         from_dbc, left = decode_dbc(capture.frames, options.dbc)
         rest = replace(capture, frames=left)
-    topics = options.topics
+    topics = (
+        None if options.topics is None else options.topics | {t.partition("[")[0] for t in options.topics}
+    )
     found = n2k.decode(
         rest, lambda pgn, name: topics is None or bool({name, str(pgn)} & topics) or pgn in utc.TIMES
     )
@@ -56,9 +58,16 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
     notes = (*clock_findings, *undescribed(rest))
     findings = (*capture.findings, *found.findings, *from_dbc.findings, *notes)
     wanted = {t: v for t, v in tables.items() if topics is None or asked_for(t, topics)}
+    wanted |= instance_tables(wanted)
+    units = {**found.units, **from_dbc.units}
     return Decoded(
         wanted,
-        {key: unit for key, unit in {**found.units, **from_dbc.units}.items() if key[0] in wanted},
+        {
+            (t, str(c)): units[key]
+            for t, v in wanted.items()
+            for c in v
+            if (key := (t.partition("[")[0], str(c))) in units
+        },
         zero,
         findings,
         found.messages + from_dbc.messages,

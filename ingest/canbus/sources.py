@@ -1,7 +1,12 @@
-"""Which NMEA 2000 tables look like position, heading and the rest."""
+"""Which NMEA 2000 tables look like position, heading and the rest.
+
+Where one device reports several rudders or engines, each is also a table of its own: ``rudder[0]``,
+``rudder[1]``.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -68,40 +73,44 @@ def without_reference(tables: Mapping[str, pd.DataFrame], known: list[Source]) -
 def actuators(tables: Mapping[str, pd.DataFrame]) -> Iterator[Source]:
     """Rudders and propellers, one source per device and instance."""
     for rule in ACTUATORS:
+        for topic, table in tables.items():
+            if topic.partition("[")[0] != rule.topic:
+                continue
+            mixed = mixed_devices(table, rule) if topic == rule.topic else frozenset()
+            for source in detect([replace(rule, topic=re.escape(topic))], {topic: table}):
+                if source.device not in mixed:
+                    rows = table[table[SOURCE] == source.device]
+                    yield replace(source, rank=source.rank - doubts(rows, rule))
+
+
+def instance_tables(tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """``topic[k]`` for each instance k of actuators of which one device reports several."""
+    out = {}
+    for rule in ACTUATORS:
         table = tables.get(rule.topic)
-        if table is None:
-            continue
-        for source in detect([rule], {rule.topic: table}):
-            rows = table[table[SOURCE] == source.device]
-            for part, options in instances(rows, rule):
-                yield replace(source, rank=source.rank - doubts(part, rule), options=options)
+        if table is not None and mixed_devices(table, rule):
+            for number in np.unique(valued(table, rule)["instance"].dropna().to_numpy()).tolist():
+                out[f"{rule.topic}[{int(number)}]"] = table[table["instance"] == number]
+    return out
 
 
-def instances(rows: pd.DataFrame, rule: Rule) -> Iterator[tuple[pd.DataFrame, dict[str, object]]]:
-    """The rows of each instance that has values, and the option that selects it where there are several."""
-    valued = rows[np.isfinite(rows[rule.fields["value"]].to_numpy(dtype=float))]
-    if "instance" not in rows.columns:
-        yield valued, {}
-        return
-    numbers = np.unique(valued["instance"].dropna().to_numpy())
-    if len(numbers) < 2:
-        several = len(numbers) == 1 and len(np.unique(rows["instance"].to_numpy())) > 1
-        yield valued, selected(float(numbers[0])) if several else {}
-        return
-    for number in numbers.tolist():
-        yield valued[valued["instance"] == number], selected(number)
+def mixed_devices(table: pd.DataFrame, rule: Rule) -> frozenset[int]:
+    """Devices that report values of more than one instance."""
+    if "instance" not in table.columns:
+        return frozenset()
+    instances = valued(table, rule).groupby(SOURCE)["instance"].nunique()
+    return frozenset(int(device) for device in instances.index[instances > 1])
 
 
-def selected(instance: float) -> dict[str, object]:
-    """The option that selects one instance."""
-    return {"quality": "instance", "quality_in": (instance,)}
+def valued(table: pd.DataFrame, rule: Rule) -> pd.DataFrame:
+    """The rows that have a value."""
+    rows: pd.DataFrame = table[np.isfinite(table[rule.fields["value"]].to_numpy(dtype=float))]
+    return rows
 
 
 def doubts(rows: pd.DataFrame, rule: Rule) -> float:
     """How much less an actuator's feedback is worth: it never moves, or is where no rudder can be."""
-    values = rows[rule.fields["value"]].to_numpy(dtype=float)
-    if not len(values):
-        return IMPLAUSIBLE
+    values = valued(rows, rule)[rule.fields["value"]].to_numpy(dtype=float)
     stuck = STUCK if len(values) > 1 and np.ptp(values) == 0.0 else 0.0
     far = rule.quantity == "rudder" and abs(float(np.median(values))) > IMPLAUSIBLE_RUDDER
     return stuck + (IMPLAUSIBLE if far else 0.0)
