@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HEAD = 1 << 16
+#: A folder with one file of these is a bag: the file is meant.
+RECORDED = (".db3", ".mcap")
 #: Readers that are less sure than this are not tried.
 POSSIBLE = 0.01
 
@@ -68,9 +70,12 @@ def read_log(
 
 
 def existing(path: Path) -> Path:
-    """Give the path itself, if it is a file."""
+    """Give the path itself, if it is a file; of a folder, the one log that a recorder made in it."""
     if path.is_file():
         return path
+    recorded = [p for suffix in RECORDED for p in path.glob(f"*{suffix}")] if path.is_dir() else []
+    if len(recorded) == 1:
+        return recorded[0]
     try:
         there = [p.name for p in path.parent.iterdir() if p.is_file()]
     except OSError:

@@ -177,6 +177,16 @@ def test_missing_log_names_the_nearest(tmp_path):
         read_log(tmp_path / "no" / "such" / "folder.bin")
 
 
+def test_a_bag_is_a_folder(tmp_path, toys):
+    toys(toy_reader("toy", b"T", 1.0))
+    (tmp_path / "bag").mkdir()
+    path = written(tmp_path / "bag", "bag_0.db3", b"T")
+    assert read_log(tmp_path / "bag").path == path
+    written(tmp_path / "bag", "bag_1.db3", b"T")
+    with pytest.raises(MissingLog):
+        read_log(tmp_path / "bag")
+
+
 def test_unknown_format_names_the_nearest(tmp_path):
     with pytest.raises(UsageError, match="dataflash"):
         read_log(written(tmp_path, "x.bin", b"x"), format="dataflsh")

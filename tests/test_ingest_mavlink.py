@@ -224,6 +224,24 @@ def test_tlog_clock_set_back():
     assert any("went back by" in f.message for f in log.findings)
 
 
+def test_tlog_of_a_host_without_a_date():
+    records = [struct.pack(">Q", k * 10_000) + r[8:] for k, r in enumerate(tlog_records(30))]
+    assert TLOG.sniff(b"".join(records)) > 0.9
+    assert log_of(TLOG, b"".join(records)).utc_ns is None
+
+
+@pytest.mark.parametrize(("first", "words"), [(50_000, "started anew"), (2**32 - 200, "wrapped around")])
+def test_vehicle_clock_steps_are_said(first, words):
+    mav = dialect.MAVLink(None, srcSystem=4)
+    out = b""
+    for k in range(60):
+        ms = (first + k * 20) % 2**32 if k < 30 or first > 2**31 else k * 20
+        frame = dialect.MAVLink_attitude_message(ms, 0, 0, 1.0, 0, 0, 0).pack(mav)
+        out += struct.pack(">Q", START_US + k * 20_000) + bytes(frame)
+    (finding,) = [f for f in log_of(TLOG, out).findings if f.kind == "clock"]
+    assert f"system 4 {words}" in finding.message
+
+
 def test_lost_messages_are_counted():
     records = tlog_records(100)
     log = log_of(TLOG, b"".join(r for i, r in enumerate(records) if i % 10))
@@ -381,6 +399,17 @@ def test_dataflash_recovers_next_to_damage(tmp_path, seed):
         assert log.duration_s == pytest.approx(63.0, abs=0.2) or log.duration_s == pytest.approx(
             62.98, abs=0.2
         )
+
+
+def test_dataflash_type_defined_anew():
+    head, body = dataflash_head(), dataflash_body(steps=60)
+    again = record("FMT", 131, 3 + 8 + 4, b"ATT", b"Qf", b"TimeUS,Yaw")
+    more = [b"\xa3\x95\x83" + struct.pack("<Qf", 62_000_000 + i * 20_000, 9.0) for i in range(40)]
+    log = log_of(DATAFLASH, b"".join([*head, *body, again, *more]))
+    assert log.bytes_damaged == 0
+    yaw = log.tables["ATT"]["Yaw"]
+    assert len(yaw) == 100
+    assert (yaw.iloc[60:] == 9.0).all()
 
 
 def test_dataflash_fmt_with_a_lying_length():

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ingest.mavlink.dataflash_format import Format, Meanings
     from ingest.mavlink.dataflash_records import Records
 
+#: Formats by type and length of record: a log that was appended to another may define a type anew.
+Formats: TypeAlias = "dict[tuple[int, int], Format]"
 #: Start of an FMT record that describes FMT itself, and of any record.
 FIRST = b"\xa3\x95\x80\x80\x59FMT"
 HEAD = b"\xa3\x95"
@@ -77,22 +79,22 @@ def rows_of(data: memoryview, start: NDArray[np.int64], layout: np.dtype[np.void
     return np.ascontiguousarray(windows[start + HEADER]).view(layout)[:, 0]
 
 
-def formats_in(data: memoryview, records: Records) -> dict[int, Format]:
-    """Give the last sound FMT record of each type."""
+def formats_in(data: memoryview, records: Records) -> Formats:
+    """Give the last sound FMT record of each type and length."""
     from ingest.mavlink.dataflash_format import FMT_DTYPE, parse_format
     from ingest.mavlink.dataflash_records import FMT, HEADER
 
     found = rows_of(data, records.start[records.kind == FMT], FMT_DTYPE)
     formats = [f for f in map(parse_format, found) if f is not None]
-    return {f.kind: f for f in formats if f.dtype.itemsize + HEADER < 256}
+    return {(f.kind, f.dtype.itemsize + HEADER): f for f in formats if f.dtype.itemsize + HEADER < 256}
 
 
-def times(data: memoryview, records: Records, formats: dict[int, Format]) -> NDArray[np.int64]:
+def times(data: memoryview, records: Records, formats: Formats) -> NDArray[np.int64]:
     """Nanoseconds since boot of each record; −1 where it carries no time."""
     from ingest.mavlink.dataflash_records import gather_times
 
     width = np.zeros(256, dtype=np.int64)
-    for kind, layout in formats.items():
+    for (kind, _), layout in formats.items():
         width[kind] = layout.time_width
     return gather_times(np.frombuffer(data, dtype=np.uint8), records.start, records.kind, width)
 
@@ -121,23 +123,25 @@ def carried(t_ns: NDArray[np.int64], timed: NDArray[np.bool_], good: NDArray[np.
     return out
 
 
-def meant(data: memoryview, records: Records, formats: dict[int, Format]) -> dict[int, Format]:
+def meant(data: memoryview, records: Records, formats: Formats) -> Formats:
     """Give the formats with units and instances."""
     from ingest.mavlink.dataflash_format import with_meaning
 
     meanings = meanings_in(data, records, formats)
-    return {kind: with_meaning(layout, meanings) for kind, layout in formats.items()}
+    return {key: with_meaning(layout, meanings) for key, layout in formats.items()}
 
 
-def meanings_in(data: memoryview, records: Records, formats: dict[int, Format]) -> Meanings:
+def meanings_in(data: memoryview, records: Records, formats: Formats) -> Meanings:
     """Give what UNIT, MULT and FMTU records say."""
     from ingest.mavlink.dataflash_format import Meanings, text
 
     def named(name: str, *columns: str) -> list[np.void]:
-        layout = next((f for f in formats.values() if f.name == name), None)
-        if layout is None or not set(columns) <= set(layout.columns):
-            return []
-        return list(rows_of(data, records.start[records.kind == layout.kind], layout.dtype))
+        found: list[np.void] = []
+        for (kind, length), layout in formats.items():
+            if layout.name == name and set(columns) <= set(layout.columns):
+                which = (records.kind == kind) & (records.length == length)
+                found += list(rows_of(data, records.start[which], layout.dtype))
+        return found
 
     return Meanings(
         units={int(r["Id"]) & 255: text(r["Label"]) for r in named("UNIT", "Id", "Label")},
@@ -153,23 +157,30 @@ def decode(
     data: memoryview,
     records: Records,
     t_ns: NDArray[np.int64],
-    formats: dict[int, Format],
+    formats: Formats,
     topics: Collection[str] | None,
 ) -> dict[str, pd.DataFrame]:
     """One table per name and instance: ``GPS``, and ``GPS[1]`` for the next instance."""
-    from ingest.mavlink.columns import grouped
-
     tables: dict[str, pd.DataFrame] = {}
-    for kind, rows in grouped(records.kind):
-        layout = formats.get(kind)
-        if layout is None or (topics is not None and not wanted(layout.name, topics)):
+    for layout, rows in by_format(records, formats):
+        if topics is not None and not wanted(layout.name, topics):
             continue
-        fits = records.length[rows] == layout.dtype.itemsize + 3
-        rows = rows if fits.all() else rows[fits]
         for topic, number, which in by_instance(data, records.start, rows, layout):
             bodies = rows_of(data, records.start[which], layout.dtype)
             tables[topic] = joined(tables.get(topic), table_of(layout, bodies, t_ns[which], number))
     return tables
+
+
+def by_format(records: Records, formats: Formats) -> Iterator[tuple[Format, NDArray[np.int64]]]:
+    """Each format with the rows of its records."""
+    from ingest.mavlink.columns import grouped
+
+    for kind, rows in grouped(records.kind):
+        lengths = records.length[rows]
+        for length in np.unique(lengths) if lengths.min() < lengths.max() else lengths[:1]:
+            layout = formats.get((kind, int(length)))
+            if layout is not None:
+                yield layout, rows if (lengths == length).all() else rows[lengths == length]
 
 
 def wanted(name: str, topics: Collection[str]) -> bool:
@@ -233,7 +244,7 @@ def by_instance(
     return [(name, k, rows[instance == k]) for name, k in zip(names, numbers, strict=True)]
 
 
-def units(tables: Collection[str], formats: dict[int, Format]) -> dict[tuple[str, str], str]:
+def units(tables: Collection[str], formats: Formats) -> dict[tuple[str, str], str]:
     """Units of columns, where the log states them."""
     by_name = {f.name: f for f in formats.values()}
     found = ((topic, by_name.get(topic.split("[")[0])) for topic in tables)

@@ -7,7 +7,13 @@ from collections.abc import Mapping
 from ingest.detect import Rule
 
 FIX: Mapping[str, object] = {"quality": "Status", "quality_min": 2}
-GPS_OPTIONS: Mapping[str, object] = {**FIX, "satellites": "NSats", "hdop": "HDop"}
+GPS_OPTIONS: Mapping[str, object] = {
+    **FIX,
+    "satellites": "NSats",
+    "hdop": "HDop",
+    "time": "GMS",
+    "time_unit": "ms",
+}
 GPS = r"GPS(\[\d+\])?"
 FILTER = r"(XKF1|NKF1|EKF1)(\[\d+\])?"
 WIND_TRUE: Mapping[str, object] = {"speed_unit": "m/s", "reference": "true"}

@@ -62,7 +62,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     start, end = lines["start"][bad], lines["end"][bad]
     return Decoded(
         tables=tables,
-        units=units(tables, {f.kind: f for f in formats.values()}),
+        units=units(tables, {(f.kind, 0): f for f in formats.values()}),
         utc_of_index_zero_ns=utc,
         findings=(*damage_findings(start, end - start, len(data), cut=True), *clock),
         messages=int(good.sum()),

@@ -19,22 +19,28 @@ CANDIDATE = re.compile(rb"(?=(\x00[\x03-\x0e][\s\S]{6})[\xfd\xfe])")
 
 def sniff(head: bytes) -> float:
     """Share of the head that is a chain of stamped frames, by their lengths alone."""
-    best, done = 0, -1
+    best, done = chained(head), -1
     for match in CANDIDATE.finditer(head):
-        if match.start() < done:
+        if match.start() < done or best > len(head) // 2:
             continue
-        end, frames = chain(head, match.start())
+        end, frames = chain(head, match.start(), EARLIEST_US)
         if frames >= 3 or (frames and end >= len(head)):
             best, done = best + end - match.start(), end
     return min(1.0, best / max(len(head), 1))
 
 
-def chain(head: bytes, p: int) -> tuple[int, int]:
+def chained(head: bytes) -> int:
+    """Bytes of a chain right from the start, even if the host did not know the date."""
+    end, frames = chain(head, 0, 0)
+    return end if frames >= 3 or (frames and end >= len(head)) else 0
+
+
+def chain(head: bytes, p: int, earliest: int) -> tuple[int, int]:
     """Where stamped frames from ``p`` on end, and how many there are."""
     frames = 0
     while p + STAMP + 3 <= len(head) and head[p + STAMP] in (0xFD, 0xFE):
         stamp = int.from_bytes(head[p : p + STAMP], "big")
-        if not EARLIEST_US <= stamp < LATEST_US:
+        if not earliest <= stamp < LATEST_US:
             break
         v2, length, flags = head[p + STAMP] == 0xFD, head[p + STAMP + 1], head[p + STAMP + 2]
         p += STAMP + length + (12 if v2 else 8) + (13 if v2 and flags & 1 else 0)
@@ -46,6 +52,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """Decode a tlog."""
     from ingest.clock import continue_clock
     from ingest.detect import detect
+    from ingest.mavlink.boot import boot_findings
     from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.decode import Timed, decode_frames, field_units, loss_findings, unknown_findings
     from ingest.mavlink.dialect import DEFAULT, load_dialect
@@ -69,6 +76,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
             *damage_findings(offset, length, len(data), cut=True),
             *stamp_findings,
             *clock_findings,
+            *boot_findings(tables),
             *unknown_findings(frames, dialect),
             *loss_findings(frames),
         ),
