@@ -87,4 +87,4 @@ def errors(
     """Mean squared errors of u, v and r of each parameter vector's free run, (m, 3)."""
     runs = free_runs(np.atleast_2d(thetas), states[0], t, delta, u0, fixed)
     with np.errstate(over="ignore", invalid="ignore"):
-        return np.mean((runs - states) ** 2, axis=1)
+        return np.asarray(np.mean((runs - states) ** 2, axis=1))

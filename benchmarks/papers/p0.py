@@ -65,12 +65,12 @@ def score(theta: FloatArray, case: Case, *, fixed: bool = False) -> FloatArray:
     """Free-running errors of u, v, r against the truth, and their fitness, (4,)."""
     truth = case.truth
     found = errors(theta, truth.t, truth.states, truth.delta, SPEED, fixed=fixed)[0]
-    return np.nan_to_num(np.append(found, fitness(found)), nan=np.inf)
+    return np.nan_to_num(np.append(found, fitness(found)), nan=np.inf, posinf=np.inf)
 
 
 def fitness(found: FloatArray) -> FloatArray:
     """Sum up as u + v + L r; infinite where a run diverged."""
-    total = np.nan_to_num(found @ [1.0, 1.0, LENGTH], nan=np.inf)
+    total = np.nan_to_num(found @ [1.0, 1.0, LENGTH], nan=np.inf, posinf=np.inf)
     return np.asarray(total)
 
 

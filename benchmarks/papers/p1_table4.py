@@ -3,10 +3,10 @@
     python -m benchmarks.papers.p1_table4 [--seeds 20]
 
 The paper's data are not published. Assumed: a steering model of eq. 2 with plausible, course-stable
-coefficients at 3 m/s; 300 s, sampled at 1 s; noise of 0.05 m/s and 0.5 deg/s; 3 % of the samples hit by outliers
-of ten to twenty times that. So the numbers cannot agree, only the order of the methods and their ratios. C is
-found as in the paper, by ABC on the training error (20 sources, 30 iterations), which only falls as C grows: its
-optimum is the bound.
+coefficients at 3 m/s; 300 s, sampled at 1 s; noise of 0.05 m/s and 0.5 deg/s; 3 % of the samples hit by
+outliers of ten to twenty times that. So the numbers cannot agree, only the order of the methods and their
+ratios. C is found as in the paper, by ABC on the training error (20 sources, 30 iterations), which only falls
+as C grows: its optimum is the bound.
 
 The paper's "D" cuts each raw variable at 3 S_MAD from its median. |e| stands where eq. 23 prints e.
 """

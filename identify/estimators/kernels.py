@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.distance import cdist
 
 from .estimate import Estimate, FloatArray, KernelMachine, KernelName
 
@@ -24,11 +23,18 @@ def gram(
         return left @ right.T
     width = parameters.get("width", 1.0)
     if kernel == "rbf":
-        return np.asarray(np.exp(-cdist(left, right, "sqeuclidean") / width**2))
+        return np.asarray(np.exp(-_squared_distances(left, right) / width**2))
     if kernel == "polynomial":
         offset, degree = parameters.get("offset", 1.0), parameters.get("degree", 3.0)
         return np.asarray((left @ right.T / width**2 + offset) ** degree)
     raise ValueError(f"expected a kernel linear, rbf or polynomial, found {kernel!r}")
+
+
+def _squared_distances(left: FloatArray, right: FloatArray) -> FloatArray:
+    centre = right.mean(axis=0)
+    a, b = left - centre, right - centre
+    sums = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1)
+    return np.asarray(np.maximum(sums - 2 * a @ b.T, 0.0))
 
 
 def machine_predict(machine: KernelMachine, design: ArrayLike) -> FloatArray:
