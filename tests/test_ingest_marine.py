@@ -68,10 +68,12 @@ SAMPLES = [
     "HEHDT,123.456,T", "GPTHS,77.338,A", "HCHDG,98.3,0.0,E,12.6,W", "HCHDM,98.3,M", "TIROT,-035.6,A",
     "AGRSA,10.5,A,-3.2,A", "IIRSA,10.5,A,,V", "IIRPM,S,1,1750.2,45.0,A", "IIRPM,E,2,-1200,,A",
     "VDVBW,5.01,0.2,A,4.9,-0.3,A,0.1,A,0.2,A", "VWVHW,,T,95.2,M,5.3,N,9.8,K", "WIMWV,214.8,R,0.1,K,A",
-    "WIMWD,112.0,T,108.8,M,5.8,N,3.0,M", "GPZDA,101112.00,01,06,2024,00,00", "SDDPT,2.4,0.5,", "SDDBT,7.8,f,2.4,M,1.3,F",
+    "WIMWD,112.0,T,108.8,M,5.8,N,3.0,M", "GPZDA,101112.00,01,06,2024,00,00", "SDDPT,2.4,0.5,",
+    "SDDBT,7.8,f,2.4,M,1.3,F",
     "GPGST,101112.00,1.2,0.5,0.4,33.1,0.3,0.4,0.9", "GPVTG,054.7,T,034.4,M,005.5,N,010.2,K",
     "GNGSA,A,3,80,71,73,79,69,,,,,,,,1.83,1.09,1.47,1", "GPGSV,1,1,02,01,40,083,46,02,17,308,41",
-    "PASHR,101112.000,123.47,T,-0.42,+1.31,,0.1,0.1,0.2,1,1", "PTNL,AVR,101112.30,+149.4688,Yaw,+0.0134,Tilt,,,60.191,3,2.5,6",
+    "PASHR,101112.000,123.47,T,-0.42,+1.31,,0.1,0.1,0.2,1,1",
+    "PTNL,AVR,101112.30,+149.4688,Yaw,+0.0134,Tilt,,,60.191,3,2.5,6",
     "PUBX,00,101112.00,4717.113210,N,00833.915187,E,546.589,G3,2.1,2.0,0.007,77.52,0.007,,0.92,1.19,0.77,9,0,0",
 ]  # fmt: skip
 
@@ -224,7 +226,8 @@ def test_arrival_times_of_a_live_port():
 
 def test_ubx_values_as_pyubx2_has_them():
     raw = b"".join(pvt(43200 + i / 10, velE=-i) for i in range(20))
-    raw += UBXMessage("NAV", "NAV-RELPOSNED", GET, version=1, iTOW=1, relPosN=-12, _HPrelPosN=-0.25, relPosHeading=123.45678,
+    raw += UBXMessage("NAV", "NAV-RELPOSNED", GET, version=1, iTOW=1, relPosN=-12, _HPrelPosN=-0.25,
+        relPosHeading=123.45678,
                       accHeading=0.25, relPosHeadingValid=1).serialize()  # fmt: skip
     raw += UBXMessage(
         "NAV", "NAV-HPPOSLLH", GET, iTOW=2, lon=10.1234567, _HPlon=1.2e-08, lat=-60.0, hAcc=1.4
@@ -252,7 +255,8 @@ def assert_like_pyubx2(raw: bytes) -> int:
 
 def test_time_of_ubx():
     raw = b"".join(
-        pvt(43200 + i / 10) + UBXMessage("NAV", "NAV-VELNED", GET, iTOW=int((561600 + i / 10 + 18.05) * 1000)).serialize()
+        pvt(43200 + i / 10) + UBXMessage("NAV", "NAV-VELNED", GET,
+            iTOW=int((561600 + i / 10 + 18.05) * 1000)).serialize()
         for i in range(30)
     )  # fmt: skip
     stream = decode_stream(raw)

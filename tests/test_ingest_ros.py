@@ -57,17 +57,21 @@ def messages(i: int) -> dict[str, tuple[str, dict[str, object]]]:
     return {
         "/gps/fix": ("sensor_msgs/msg/NavSatFix", {
             "header": stamp(i), "status": {"status": 2, "service": 1}, "latitude": 60.0 + i * 1e-6,
-            "longitude": -10.0 - i * 1e-6, "altitude": 3.5, "position_covariance": [0.1 * k for k in range(9)]}),
+            "longitude": -10.0 - i * 1e-6, "altitude": 3.5,
+            "position_covariance": [0.1 * k for k in range(9)]}),
         "/imu": ("sensor_msgs/msg/Imu", {
-            "header": stamp(i), "orientation": quaternion, "angular_velocity": {"x": 0.0, "y": 0.0, "z": 0.01 * i}}),
+            "header": stamp(i), "orientation": quaternion, "angular_velocity": {"x": 0.0, "y": 0.0,
+                "z": 0.01 * i}}),
         "/odom": ("nav_msgs/msg/Odometry", {
-            "header": stamp(i), "child_frame_id": "base_link", "pose": {"pose": pose}, "twist": {"twist": twist}}),
+            "header": stamp(i), "child_frame_id": "base_link", "pose": {"pose": pose},
+            "twist": {"twist": twist}}),
         "/vel": ("geometry_msgs/msg/TwistStamped", {"header": stamp(i), "twist": twist}),
         "/pose": ("geometry_msgs/msg/PoseStamped", {"header": stamp(i), "pose": pose}),
         "/rudder": ("std_msgs/msg/Float64", {"data": 0.1 * i}),
         "/thrust": ("std_msgs/msg/Float32MultiArray", {"data": [0.5 * i, -0.5 * i]}),
         "/joints": ("sensor_msgs/msg/JointState", {
-            "header": stamp(i), "name": ["left", "right"], "position": [0.1, 0.2 * i], "velocity": [], "effort": []}),
+            "header": stamp(i), "name": ["left", "right"], "position": [0.1, 0.2 * i], "velocity": [],
+            "effort": []}),
     }  # fmt: skip
 
 
@@ -154,7 +158,8 @@ def test_arrays_texts_and_small_types():
         content = {
             "header": stamp(i), "small": -i, "large": 2**40 + i, "flag": i % 2 == 1, "single": 0.1 * i,
             "names": ["é" * i, "b"][: i % 3], "values": [1.5 * k for k in range(i % 4)],
-            "corners": [{"x": k, "y": -k, "z": 0.5} for k in range(i % 3)], "image": bytes(500 + i), "tail": f"end{i}",
+            "corners": [{"x": k, "y": -k, "z": 0.5} for k in range(i % 3)], "image": bytes(500 + i),
+            "tail": f"end{i}",
         }  # fmt: skip
         writer.write_message("/odd", schema, content, log_time=T0 + i, publish_time=0)
     writer.finish()

@@ -216,8 +216,8 @@ def test_measured_model_tests():
 
 def test_an_xsens_export():
     head = "// General information:\n//  MT Manager version: 2022.0\n"
-    names = "PacketCounter\tSampleTimeFine\tUTC_Nano\tUTC_Year\tUTC_Month\tUTC_Day\tUTC_Hour\tUTC_Minute\tUTC_Second"
-    text = head + names + "\tGyr_Z\tRoll\tPitch\tYaw\n"
+    names = "PacketCounter\tSampleTimeFine\tUTC_Nano\tUTC_Year\tUTC_Month\tUTC_Day\tUTC_Hour"
+    text = head + names + "\tUTC_Minute\tUTC_Second\tGyr_Z\tRoll\tPitch\tYaw\n"
     start = 2**32 - 1000
     for i in range(60):
         ticks, nano = (start + 100 * i) % 2**32, i * 10_000_000
@@ -232,14 +232,27 @@ def test_an_xsens_export():
 
 def vectors(n: int = 40) -> dict[str, np.ndarray]:
     t = 0.1 * np.arange(n)
-    return {"t": t, "psi": np.linspace(0, 9, n), "north": 2.0 * t, "east": -t, "delta_deg": 5 * np.sin(t), "k": np.ones(3)}
+    return {
+        "t": t,
+        "psi": np.linspace(0, 9, n),
+        "north": 2.0 * t,
+        "east": -t,
+        "delta_deg": 5 * np.sin(t),
+        "k": np.ones(3),
+    }
 
 
 @pytest.mark.parametrize("compressed", [True, False])
 def test_matlab_5(tmp_path, compressed):
-    gps = {"time": 1_717_200_000 + np.arange(9.0), "lat": 60 + np.arange(9) * 1e-6, "lon": 10 + np.arange(9) * 1e-6}
+    gps = {
+        "time": 1_717_200_000 + np.arange(9.0),
+        "lat": 60 + np.arange(9) * 1e-6,
+        "lon": 10 + np.arange(9) * 1e-6,
+    }
     path = tmp_path / "run.mat"
-    savemat(path, {**vectors(), "gps": gps, "acc": np.ones((40, 3)), "note": "text"}, do_compression=compressed)
+    savemat(
+        path, {**vectors(), "gps": gps, "acc": np.ones((40, 3)), "note": "text"}, do_compression=compressed
+    )
     log = read_log(path)
     assert log.format == "matlab"
     assert len(log.tables[""]) == 40

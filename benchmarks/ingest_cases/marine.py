@@ -64,8 +64,10 @@ def make_ubx(folder: Path, scale: float) -> Path:
             t, nano = divmod(i * 100_000_000, 1_000_000_000)
             fields = {
                 "iTOW": i * 100, "year": 2024, "month": 6, "day": 1 + t // 86_400, "hour": t // 3600 % 24,
-                "min": t // 60 % 60, "second": t % 60, "validDate": 1, "validTime": 1, "nano": nano, "fixType": 3,
-                "gnssFixOk": 1, "numSV": 17, "lon": 10.4 + i * 1e-7, "lat": 63.4 - i * 1e-7, "velN": 1500, "velE": -i % 99,
+                "min": t // 60 % 60, "second": t % 60, "validDate": 1, "validTime": 1, "nano": nano,
+                "fixType": 3,
+                "gnssFixOk": 1, "numSV": 17, "lon": 10.4 + i * 1e-7, "lat": 63.4 - i * 1e-7, "velN": 1500,
+                "velE": -i % 99,
                 "hAcc": 14, "headMot": i % 360,
             }  # fmt: skip
             file.write(UBXMessage("NAV", "NAV-PVT", GET, **fields).serialize())

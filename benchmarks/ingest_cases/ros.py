@@ -25,15 +25,21 @@ def make_mcap(folder: Path, scale: float) -> Path:
         kinds = ("sensor_msgs/msg/Imu", "sensor_msgs/msg/NavSatFix", "std_msgs/msg/Float32MultiArray")
         schemas = [writer.register_msgdef(k, store.generate_msgdef(k, ros_version=2)[0]) for k in kinds]
         for i in range(int(60_000 * scale)):
-            header = {"stamp": {"sec": 1_700_000_000 + i // 100, "nanosec": i % 100 * 10_000_000}, "frame_id": "base"}
+            header = {
+                "stamp": {"sec": 1_700_000_000 + i // 100, "nanosec": i % 100 * 10_000_000},
+                "frame_id": "base",
+            }
             imu = {
-                "header": header, "orientation": {"z": math.sin(i / 2e3), "w": math.cos(i / 2e3), "x": 0.0, "y": 0.0},
+                "header": header, "orientation": {"z": math.sin(i / 2e3), "w": math.cos(i / 2e3), "x": 0.0,
+                    "y": 0.0},
                 "angular_velocity": {"x": 0.1, "y": 0.2, "z": i * 1e-3},
             }  # fmt: skip
             fix = {"header": header, "latitude": 63.0 + i * 1e-7, "longitude": 10.0, "altitude": 2.0}
             contents = (("/imu", imu), ("/fix", fix), ("/thrust", {"data": [0.1 * i, 0.2]}))
             for (topic, content), schema in zip(contents, schemas, strict=True):
-                writer.write_message(topic, schema, content, log_time=1_700_000_000_000_000_000 + i * 10_000_000)
+                writer.write_message(
+                    topic, schema, content, log_time=1_700_000_000_000_000_000 + i * 10_000_000
+                )
         writer.finish()
     return path
 
@@ -44,7 +50,9 @@ def peer_mcap(path: Path) -> int:
 
     rows: dict[str, list[object]] = {}
     with path.open("rb") as file:
-        for _, channel, _, message in make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages():
+        for _, channel, _, message in make_reader(
+            file, decoder_factories=[DecoderFactory()]
+        ).iter_decoded_messages():
             rows.setdefault(channel.topic, []).append(message)
     return sum(map(len, rows.values()))
 

@@ -1,4 +1,4 @@
-"""What the fields of a sentence are: from pynmeagps' payload tables, and a few makers' sentences that it lacks."""
+"""The fields of each kind of sentence: from pynmeagps' payload tables, and a few makers' that it lacks."""
 
 from __future__ import annotations
 
@@ -23,13 +23,15 @@ OWN: Mapping[str, Payload] = {
     "VNMAR": dict.fromkeys(
         ("magX", "magY", "magZ", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ"), _D),
     "VNYMR": dict.fromkeys(
-        ("yaw", "pitch", "roll", "magX", "magY", "magZ", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ"), _D),
+        ("yaw", "pitch", "roll", "magX", "magY", "magZ", "accelX", "accelY", "accelZ", "gyroX", "gyroY",
+            "gyroZ"), _D),
     "VNYBA": dict.fromkeys(
         ("yaw", "pitch", "roll", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ"), _D),
     "VNYIA": dict.fromkeys(
         ("yaw", "pitch", "roll", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ"), _D),
     "VNIMU": dict.fromkeys(
-        ("magX", "magY", "magZ", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ", "temp", "pressure"), _D),
+        ("magX", "magY", "magZ", "accelX", "accelY", "accelZ", "gyroX", "gyroY", "gyroZ", "temp",
+            "pressure"), _D),
     "VNINS": {
         **dict.fromkeys(("gpsTow", "gpsWeek"), _D), "insStatus": _S,
         **dict.fromkeys(("yaw", "pitch", "roll", "latitude", "longitude", "altitude", "velN", "velE", "velD",
@@ -39,7 +41,8 @@ OWN: Mapping[str, Payload] = {
         **dict.fromkeys(("gpsTow", "gpsWeek", "gpsFix", "numSats", "latitude", "longitude", "altitude",
                          "velN", "velE", "velD", "accN", "accE", "accD", "speedAcc", "timeAcc"), _D),
     },
-    "PSXN20": {"msgId": _S, **dict.fromkeys(("horizontalQuality", "heightQuality", "headingQuality", "rollPitchQuality"), _I)},
+    "PSXN20": {"msgId": _S, **dict.fromkeys(("horizontalQuality", "heightQuality", "headingQuality",
+        "rollPitchQuality"), _I)},
     "PSXN22": {"msgId": _S, "gyroCalibration": _D, "gyroOffset": _D},
     "PSXN23": {"msgId": _S, "roll": _D, "pitch": _D, "heading": _D, "heave": _D},
 }  # fmt: skip
@@ -57,7 +60,8 @@ class Sentence:
     Attributes
     ----------
     topic : str
-        Formatter without its talker (``GGA``), or the whole address of a maker's sentence (``PASHR``, ``VNYMR``).
+        Formatter without its talker (``GGA``),
+        or the whole address of a maker's sentence (``PASHR``, ``VNYMR``).
     talker : str
         ``GN``, ``HE``, …; ``P`` for a maker's own.
     payload : mapping
@@ -70,7 +74,7 @@ class Sentence:
 
 
 def sentence_of(address: str, subtype: str) -> Sentence:
-    """The kind of sentence with an address (``GPGGA``, ``PASHR``) and the text of its first field."""
+    """Return the kind of sentence with an address (``GPGGA``, ``PASHR``) and the text of its first field."""
     from pynmeagps.nmeatypes_get import NMEA_PAYLOADS_GET
     from pynmeagps.nmeatypes_get_prop import NMEA_PAYLOADS_GET_PROP
 

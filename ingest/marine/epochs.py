@@ -1,4 +1,4 @@
-"""The time of every record of a stream, from its host stamps or else from the records that state their own."""
+"""The time of every record of a stream: from host stamps, or else from the records that state their own."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def timeline(
     sentences, messages : mapping of str to Rows, Messages
         The decoded records.
     host : Stamps, optional
-        Time stamps of arrival; where they are there, they are the time line, and tell UTC if the host knew it.
+        Time stamps of arrival; where they are there, they are the time line, and tell UTC if the host knew
+        it.
     """
     stated, dated = stated_times(count, sentences, messages)
     if host is not None:
@@ -88,8 +89,9 @@ def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
 
 def _kinds(count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]) -> Integers:
     kinds = np.full(count, -1, np.int64)
-    for i, rows in enumerate([*sentences.values(), *messages.values()]):
-        kinds[rows.record] = i
+    records = [r.record for r in sentences.values()] + [m.record for m in messages.values()]
+    for i, record in enumerate(records):
+        kinds[record] = i
     return kinds
 
 
@@ -149,7 +151,7 @@ def civil_ns(table: pd.DataFrame) -> Integers:
 
 
 def _time_of_week(stated: Integers, messages: Mapping[str, Messages]) -> None:
-    """Fill in the times of UBX messages that state only the time of the GPS week, by the week of those around."""
+    """Fill in the times of UBX messages that state only the time of the GPS week, by the week around them."""
     known = np.flatnonzero(stated != UNKNOWN)
     for told in messages.values():
         open_ = stated[told.record] == UNKNOWN
@@ -164,7 +166,7 @@ def _nearest_week(tow: Integers, times: Integers, known: Integers, place: Intege
     around = times[np.clip(np.searchsorted(known, place), 0, len(known) - 1)]
     if np.median(around) < GPS_EPOCH_NS:
         shift = int(np.median(np.mod(around - tow + DAY // 2, DAY) - DAY // 2))
-        return around - np.mod(around - tow - shift + DAY // 2, DAY) + DAY // 2
+        return np.asarray(around - np.mod(around - tow - shift + DAY // 2, DAY) + DAY // 2, np.int64)
     gps = around + leap_seconds(around) * SECOND - GPS_EPOCH_NS
     week = np.rint((gps - tow) / WEEK).astype(np.int64)
     in_gps = GPS_EPOCH_NS + week * WEEK + tow
@@ -172,9 +174,10 @@ def _nearest_week(tow: Integers, times: Integers, known: Integers, place: Intege
 
 
 def spread(stated: Integers, kinds: Integers) -> Integers:
-    """Times for the records that state none: those of one epoch are spread evenly over it, kind by kind.
+    """Find times for the records that state none: those of an epoch are spread evenly over it, kind by kind.
 
-    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per epoch, each
+    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per
+    epoch, each
     record has the time of its epoch; of one that comes k times, the j-th is j/k of the epoch later.
 
     Parameters

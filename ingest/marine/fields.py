@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import numba
+from typing import cast
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ingest.compiled import compiled
 from ingest.marine.scan import Bytes
 from ingest.marine.stamps import days_from_civil
 
@@ -17,13 +19,14 @@ Flags = NDArray[np.bool_]
 #: "No value" in the integer columns of times and dates.
 MISSING = -1
 _COMMA, _STAR, _DOT = 44, 42, 46
-#: Mantissas up to here, and powers of ten up to 10²², are exact in binary64, and so is their quotient's rounding.
+#: Mantissas up to here, and powers of ten up to 10²², are exact in binary64, and so is their quotient's
+#: rounding.
 _EXACT = 1 << 53
 
 
-@numba.njit(cache=True)
+@compiled
 def pack(data: Bytes, a: Integers, b: Integers, longest: int = 8) -> Integers:
-    """Up to eight characters from each ``a`` on, up to a comma, a star or ``b``, as one integer; longer ones: 0."""
+    """Texts from each ``a`` up to a comma, a star or ``b``, as one integer each; longer than eight: 0."""
     keys = np.zeros(len(a), np.int64)
     for i in range(len(a)):
         key, p = 0, a[i]
@@ -35,16 +38,16 @@ def pack(data: Bytes, a: Integers, b: Integers, longest: int = 8) -> Integers:
 
 
 def unpack(key: int) -> str:
-    """The text of a packed key."""
+    """Return the text of a packed key."""
     text = ""
     while key:
         text, key = chr(key & 127) + text, key >> 7
     return text
 
 
-@numba.njit(cache=True)
+@compiled
 def count_fields(data: Bytes, a: Integers, b: Integers) -> Integers:
-    """Number of fields after the address of each sentence."""
+    """Return number of fields after the address of each sentence."""
     counts = np.zeros(len(a), np.int64)
     for i in range(len(a)):
         for p in range(a[i], b[i]):
@@ -55,7 +58,7 @@ def count_fields(data: Bytes, a: Integers, b: Integers) -> Integers:
     return counts
 
 
-@numba.njit(cache=True)
+@compiled
 def split(data: Bytes, a: Integers, b: Integers, fields: int) -> Integers:
     """Where each field begins; the last row is one after the end of the last field. (fields + 1, n)."""
     marks = np.zeros((fields + 1, len(a)), np.int64)
@@ -86,7 +89,7 @@ def _any_number(text: bytes) -> float:
         return float("nan")
 
 
-@numba.njit(cache=True)
+@compiled
 def _decimals(data: Bytes, a: Integers, b: Integers) -> tuple[Floats, Flags]:
     values, odd = np.full(len(a), np.nan), np.zeros(len(a), np.bool_)
     for i in range(len(a)):
@@ -101,7 +104,7 @@ def _decimals(data: Bytes, a: Integers, b: Integers) -> tuple[Floats, Flags]:
     return values, odd
 
 
-@numba.njit(cache=True)
+@compiled
 def _mantissa(data: Bytes, p: int, b: int) -> tuple[int, int, bool]:
     """``±123.456`` as 123456 and 3; false where it is something else, or too long to be exact."""
     sign, value, places, dotted, digits = 1, 0, 0, False, 0
@@ -124,7 +127,7 @@ def _mantissa(data: Bytes, p: int, b: int) -> tuple[int, int, bool]:
     return sign * value, places, digits > 0
 
 
-@numba.njit(cache=True)
+@compiled
 def degrees(data: Bytes, a: Integers, b: Integers, side: Bytes) -> Floats:
     """``dddmm.mmmm`` as signed degrees; ``side`` (n,) holds N, S, E or W."""
     values = np.full(len(a), np.nan)
@@ -141,7 +144,7 @@ def degrees(data: Bytes, a: Integers, b: Integers, side: Bytes) -> Floats:
     return values
 
 
-@numba.njit(cache=True)
+@compiled
 def times_of_day(data: Bytes, a: Integers, b: Integers) -> Integers:
     """``hhmmss[.sss]`` as nanoseconds of the day, ``MISSING`` where there is none."""
     values = np.full(len(a), MISSING, np.int64)
@@ -157,7 +160,7 @@ def times_of_day(data: Bytes, a: Integers, b: Integers) -> Integers:
     return values
 
 
-@numba.njit(cache=True)
+@compiled
 def dates(data: Bytes, a: Integers, b: Integers, month_first: bool, long_year: bool) -> Integers:
     """``ddmmyy`` (or ``mmddyy``, ``ddmmyyyy``) as days since 1970, ``MISSING`` where there is none."""
     values = np.full(len(a), MISSING, np.int64)
@@ -175,7 +178,7 @@ def dates(data: Bytes, a: Integers, b: Integers, month_first: bool, long_year: b
     return values
 
 
-@numba.njit(cache=True)
+@compiled
 def first_letters(data: Bytes, a: Integers, b: Integers) -> Bytes:
     """First character of each field, 0 where it is empty."""
     letters = np.zeros(len(a), np.uint8)
@@ -203,10 +206,16 @@ def _categories(codes: NDArray[np.intp], names: list[str]) -> pd.Categorical:
     kept = sorted({n for n in names if n})
     place = {n: i for i, n in enumerate(kept)}
     table = np.array([place.get(n, -1) for n in names] or [-1], np.intp)
-    return pd.Categorical.from_codes(table[codes].tolist(), categories=kept)
+    return categorical(table[codes], kept)
 
 
-@numba.njit(cache=True)
+def categorical(codes: NDArray[np.intp], names: list[str]) -> pd.Categorical:
+    """Texts by their number among ``names``; −1 is missing."""
+    kind = pd.CategoricalDtype(pd.Index(names, dtype=object))
+    return cast("pd.Categorical", pd.Categorical.from_codes(codes, dtype=kind))
+
+
+@compiled
 def _gather(data: Bytes, a: Integers, b: Integers, width: int) -> NDArray[np.uint8]:
     cells = np.zeros((len(a), width), np.uint8)
     for i in range(len(a)):

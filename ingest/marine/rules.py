@@ -30,11 +30,13 @@ RULES: tuple[Rule, ...] = (
     Rule("position", "VNINS", {"latitude": "latitude", "longitude": "longitude"}, "deg", 50),
     Rule("position", "VNGPS", {"latitude": "latitude", "longitude": "longitude"}, "deg", 50,
          {"quality": "gpsFix", "quality_min": 2}),
-    Rule("position", "NAV2?-HPPOSLLH", _LATLON, "deg", 60, {"quality": "invalidLlh", "quality_max": 0, **_MM}),
+    Rule("position", "NAV2?-HPPOSLLH", _LATLON, "deg", 60, {"quality": "invalidLlh", "quality_max": 0,
+        **_MM}),
     Rule("position", "(NAV2?|HNR)-PVT", _LATLON, "deg", 56, {**_UBX_FIX, **_MM}),
     Rule("position", "NAV2?-POSLLH", _LATLON, "deg", 50, _MM),
     Rule("heading", "PTNLAVR", {"value": "yaw"}, "deg", 60, {"quality": "gpsQual", "quality_min": 1}),
-    Rule("heading", "PASHR", {"value": "trueHdg"}, "deg", 58, {"accuracy": "hdgAcc", "accuracy_scale": 0.0174532925199433}),
+    Rule("heading", "PASHR", {"value": "trueHdg"}, "deg", 58, {"accuracy": "hdgAcc",
+        "accuracy_scale": 0.0174532925199433}),
     Rule("heading", "PASHRHPR", {"value": "trueHdg"}, "deg", 56),
     Rule("heading", "PSXN23", {"value": "heading"}, "deg", 58),
     Rule("heading", "THS", {"value": "headt"}, "deg", 56, _GOOD),
@@ -50,7 +52,8 @@ RULES: tuple[Rule, ...] = (
     Rule("heading", "VN(YMR|YPR|YBA|YIA)", {"value": "yaw"}, "deg", 40, {"magnetic": True}),
     Rule("yaw_rate", "ROT", {"value": "rot"}, "deg/min", 50, _GOOD),
     Rule("yaw_rate", "VN(YMR|YBA|IMU|GYR|QMR|MAR)", {"value": "gyroZ"}, "rad/s", 50),
-    Rule("yaw_rate", "ESF-INS", {"value": "zAngRate"}, "deg/s", 48, {"quality": "zAngRateValid", "quality_min": 1}),
+    Rule("yaw_rate", "ESF-INS", {"value": "zAngRate"}, "deg/s", 48, {"quality": "zAngRateValid",
+        "quality_min": 1}),
     Rule("yaw_rate", "ESF-MEAS", {"value": "gyroZ"}, "deg/s", 45),
     Rule("velocity", "(NAV2?)-PVT", {"north": "velN", "east": "velE"}, "mm/s", 58,
          {**_UBX_FIX, "accuracy": "sAcc", "accuracy_scale": 1e-3}),
@@ -58,7 +61,8 @@ RULES: tuple[Rule, ...] = (
          {"accuracy": "sAcc", "accuracy_scale": 1e-2}),
     Rule("velocity", "VNINS|VNGPS", {"north": "velN", "east": "velE"}, "m/s", 55),
     Rule("velocity", "VTG", {"speed": "sogn", "course": "cogt"}, "deg", 50, {"speed_unit": "kn"}),
-    Rule("velocity", "RMC", {"speed": "spd", "course": "cog"}, "deg", 48, {"speed_unit": "kn", **_GOOD, **_TIME}),
+    Rule("velocity", "RMC", {"speed": "spd", "course": "cog"}, "deg", 48, {"speed_unit": "kn", **_GOOD,
+        **_TIME}),
     Rule("velocity", "VBW", {"forward": "longgroundspd", "starboard": "transgroundspd"}, "kn", 45),
     Rule("wind", "MWD", {"speed": "speedM", "direction": "dirT"}, "deg", 55,
          {"speed_unit": "m/s", "reference": "true"}),
@@ -70,15 +74,20 @@ RULES: tuple[Rule, ...] = (
 )  # fmt: skip
 
 _ANGLES = frozenset({
-    "cogt", "cogm", "cog", "headingT", "headt", "headingM", "deviation", "variation", "mv", "hdgT", "hdgM", "angle",
-    "dirT", "dirM", "stbdangle", "portangle", "stbdrudderorder", "portrudderorder", "trueHdg", "roll", "pitch", "yaw",
-    "tilt", "heading", "relPosHeading", "accHeading", "headMot", "headVeh", "headAcc", "lat", "lon", "latitude",
+    "cogt", "cogm", "cog", "headingT", "headt", "headingM", "deviation", "variation", "mv", "hdgT", "hdgM",
+    "angle",
+    "dirT", "dirM", "stbdangle", "portangle", "stbdrudderorder", "portrudderorder", "trueHdg", "roll",
+    "pitch", "yaw",
+    "tilt", "heading", "relPosHeading", "accHeading", "headMot", "headVeh", "headAcc", "lat", "lon",
+    "latitude",
     "longitude", "magDec", "magAcc", "cAcc",
 })  # fmt: skip
 _NMEA_UNITS: Mapping[str, str] = {
     "sogn": "kn", "spd": "kn", "spdN": "kn", "speedN": "kn", "longgroundspd": "kn", "transgroundspd": "kn",
-    "longwaterspd": "kn", "transwaterspd": "kn", "sogk": "km/h", "spdK": "km/h", "speedM": "m/s", "rot": "deg/min",
-    "rpm": "rpm", "pitch": "deg", "alt": "m", "sep": "m", "depthm": "m", "depth": "m", "offset": "m", "time": "s",
+    "longwaterspd": "kn", "transwaterspd": "kn", "sogk": "km/h", "spdK": "km/h", "speedM": "m/s",
+    "rot": "deg/min",
+    "rpm": "rpm", "pitch": "deg", "alt": "m", "sep": "m", "depthm": "m", "depth": "m", "offset": "m",
+    "time": "s",
     "utctime": "s", "diffAge": "s", "stdLat": "m", "stdLong": "m", "stdAlt": "m", "heave": "m",
 }  # fmt: skip
 _VN_UNITS: Mapping[str, str] = {
@@ -124,13 +133,14 @@ def _unit(topic: str, field: str, table: pd.DataFrame) -> str:
 
 
 def wind_speed_unit(table: pd.DataFrame) -> str:
-    """Unit of the speed in ``MWV``, from the letter that most of its sentences give."""
-    letters = table["speedu"].dropna() if "speedu" in table else []
-    return _SPEED_LETTERS.get(str(letters.mode().iloc[0]), "kn") if len(letters) else "kn"
+    """Return unit of the speed in ``MWV``, from the letter that most of its sentences give."""
+    if "speedu" not in table or not table["speedu"].notna().any():
+        return "kn"
+    return _SPEED_LETTERS.get(str(table["speedu"].dropna().mode().iloc[0]), "kn")
 
 
 def sources_of(tables: Mapping[str, pd.DataFrame]) -> tuple[Source, ...]:
-    """What the tables of a serial log hold, best first."""
+    """Return what the tables of a serial log hold, best first."""
     rules = list(RULES)
     if "MWV" in tables:
         options = {"speed_unit": wind_speed_unit(tables["MWV"]), "reference": "relative"}

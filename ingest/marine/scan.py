@@ -1,7 +1,9 @@
-"""Find the records in a stream of serial bytes: NMEA 0183, UBX and RTCM3, interleaved, with junk between them.
+"""Find the records in a stream of serial bytes: NMEA 0183, UBX, RTCM3, interleaved, with junk between them.
 
-A record is taken only if its checksum is right; where it is not, the search goes on at the next byte, so that a
-record that was cut short never hides the one after it. Lengths are checked against what is there before they are
+A record is taken only if its checksum is right; where it is not, the search goes on at the next byte, so
+that a
+record that was cut short never hides the one after it. Lengths are checked against what is there before they
+are
 used. Compiled: hundreds of megabytes a second.
 """
 
@@ -9,9 +11,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from ingest.compiled import compiled
 
 Bytes = NDArray[np.uint8]
 
@@ -65,7 +68,7 @@ def scan(data: Bytes) -> Records:
     return Records(kind, start, end, prefix, damage)
 
 
-@numba.njit(cache=True)
+@compiled
 def _hex(c: int) -> int:
     if 48 <= c <= 57:
         return c - 48
@@ -76,7 +79,7 @@ def _hex(c: int) -> int:
     return -1
 
 
-@numba.njit(cache=True)
+@compiled
 def _crc16(data: Bytes, a: int, b: int) -> int:
     """CRC-16/XMODEM, as VectorNav's sentences may carry it."""
     crc = 0
@@ -87,7 +90,7 @@ def _crc16(data: Bytes, a: int, b: int) -> int:
     return crc
 
 
-@numba.njit(cache=True)
+@compiled
 def _sentence_end(data: Bytes, p: int) -> int:
     """End of the sentence that starts at ``p``; negative where it has no checksum; 0 where there is none."""
     n = min(len(data), p + LONGEST_SENTENCE)
@@ -96,7 +99,7 @@ def _sentence_end(data: Bytes, p: int) -> int:
         c = data[q]
         if c == _STAR:
             break
-        if c == _CR or c == _LF:
+        if c in (_CR, _LF):
             return -q if q - p > 6 and _plausible(data, p) else 0
         if c == _DOLLAR or c < _BLANK or c == 127:
             return 0
@@ -118,7 +121,7 @@ def _sentence_end(data: Bytes, p: int) -> int:
     return 0
 
 
-@numba.njit(cache=True)
+@compiled
 def _plausible(data: Bytes, p: int) -> bool:
     """Whether an address field of capital letters and digits and a comma follow."""
     for q in range(p + 1, p + 9):
@@ -130,7 +133,7 @@ def _plausible(data: Bytes, p: int) -> bool:
     return False
 
 
-@numba.njit(cache=True)
+@compiled
 def _ubx_end(data: Bytes, p: int) -> int:
     """End of the UBX frame at ``p``, 0 where there is none."""
     if p + UBX_OVERHEAD > len(data) or data[p + 1] != 0x62:
@@ -145,7 +148,7 @@ def _ubx_end(data: Bytes, p: int) -> int:
     return end if a == data[end - 2] and b == data[end - 1] else 0
 
 
-@numba.njit(cache=True)
+@compiled
 def _crc24_table() -> NDArray[np.uint32]:
     table = np.zeros(256, np.uint32)
     for i in range(256):
@@ -156,7 +159,7 @@ def _crc24_table() -> NDArray[np.uint32]:
     return table
 
 
-@numba.njit(cache=True)
+@compiled
 def _rtcm_end(data: Bytes, p: int, table: NDArray[np.uint32]) -> int:
     """End of the RTCM3 frame at ``p``, 0 where there is none."""
     if p + RTCM_OVERHEAD > len(data) or data[p + 1] & 0xFC:
@@ -174,7 +177,7 @@ def _rtcm_end(data: Bytes, p: int, table: NDArray[np.uint32]) -> int:
     return end if crc == given else 0
 
 
-@numba.njit(cache=True)
+@compiled
 def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]]:
     size = len(data) // 40 + 16
     kinds, starts, ends = np.empty(size, np.uint8), np.empty(size, np.int64), np.empty(size, np.int64)
@@ -182,7 +185,7 @@ def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray
     count, p = 0, 0
     while p < len(data):
         c, end, kind = data[p], 0, NMEA
-        if c == _DOLLAR or c == _BANG:
+        if c in (_DOLLAR, _BANG):
             end = _sentence_end(data, p)
             if end < 0:
                 end, kind = -end, NMEA_UNCHECKED
@@ -201,14 +204,14 @@ def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray
     return kinds[:count].copy(), starts[:count].copy(), ends[:count].copy()
 
 
-@numba.njit(cache=True)
+@compiled
 def _grown(array, size):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     larger = np.empty(size, array.dtype)
     larger[: len(array)] = array
     return larger
 
 
-@numba.njit(cache=True)
+@compiled
 def _between(
     data: Bytes, start: NDArray[np.int64], end: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -236,9 +239,9 @@ def _between(
     return prefix, damage[:count].copy()
 
 
-@numba.njit(cache=True)
+@compiled
 def _judge(data: Bytes, a: int, b: int, before_record: bool, at_start: bool) -> tuple[int, int, int]:
-    """Damaged range of the gap ``a:b`` (empty where all is well), and where the text before the record begins."""
+    """Damaged range of the gap ``a:b`` (empty if all is well), and where the text before a record begins."""
     first, last, prefix = b, a, b
     line, own_line = a, at_start
     while line < b:

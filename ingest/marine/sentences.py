@@ -85,7 +85,7 @@ def _needed(sentence: Sentence, topics: frozenset[str]) -> bool:
 
 
 def _subtypes(data: Bytes, start: Integers, end: Integers, key: Integers) -> Integers:
-    """The first field of the makers' sentences whose meaning it decides, packed; 0 elsewhere."""
+    """Return the first field of the makers' sentences whose meaning it decides, packed; 0 elsewhere."""
     own = np.isin(key, [_packed(a) for a in WITH_SUBTYPE])
     sub = np.zeros(len(key), np.int64)
     if own.any():
@@ -207,7 +207,7 @@ def _with_talkers(
     codes = np.zeros(len(rows.record), np.int64)
     for sentence, record in kinds:
         codes[np.searchsorted(rows.record, record)] = names.index(sentence.talker)
-    table = rows.table.assign(talker=pd.Categorical.from_codes(codes.tolist(), categories=names))
+    table = rows.table.assign(talker=f.categorical(codes.astype(np.intp), names))
     devices = list(dict.fromkeys("GNSS" if n in GNSS_TALKERS else n for n in names))
     findings = []
     if len(devices) > 1 and topic != "RPM":
@@ -244,7 +244,7 @@ def _good(table: pd.DataFrame) -> NDArray[np.float64] | None:
     good = np.logical_and.reduce([(table[c] == a).to_numpy(bool) for c, a in flags])
     if "posMode" in table:
         good &= ~table["posMode"].isin(["N", "E", "S", "M"]).to_numpy(bool)
-    return good.astype(float)
+    return np.asarray(good, float)
 
 
 def _judged_sides(table: pd.DataFrame) -> pd.DataFrame:

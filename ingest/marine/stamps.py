@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from ingest.compiled import compiled
 from ingest.log import Finding
 from ingest.marine.scan import Bytes, Records
 
@@ -90,8 +90,10 @@ def _fractions(
 ) -> tuple[Integers, list[Finding]]:
     """Nanoseconds of the fraction of a second; where a logger dropped its leading zeros, they are put back.
 
-    A logger that prints seconds and nanoseconds (or milli-, microseconds) with a dot between them writes 7.045 s as
-    ``7.45``. It is recognised by fractions of different lengths of which none starts with a zero although some
+    A logger that prints seconds and nanoseconds (or milli-,
+        microseconds) with a dot between them writes 7.045 s as
+    ``7.45``. It is recognised by fractions of different lengths of which none starts with a zero although
+    some
     are short, and by a clock that runs back as read but not with the zeros put back.
     """
     plain = fraction * 10 ** np.clip(9 - digits, 0, 9)
@@ -111,7 +113,7 @@ def _steps_back(whole: Integers, fraction: Integers, good: NDArray[np.bool_]) ->
     return int((np.diff((whole * SECOND + fraction)[good]) < 0).sum())
 
 
-@numba.njit(cache=True)
+@compiled
 def _parse_all(data: Bytes, a: Integers, b: Integers) -> tuple[Integers, Integers, Integers, Integers]:
     n = len(a)
     style, whole = np.zeros(n, np.int64), np.zeros(n, np.int64)
@@ -122,9 +124,9 @@ def _parse_all(data: Bytes, a: Integers, b: Integers) -> tuple[Integers, Integer
     return style, whole, fraction, digits
 
 
-@numba.njit(cache=True)
+@compiled
 def _number(data: Bytes, p: int, b: int) -> tuple[int, int]:
-    """The digits from ``p`` on: their value and where they end."""
+    """Return the digits from ``p`` on: their value and where they end."""
     value = 0
     while p < b and 48 <= data[p] <= 57 and value < 10**17:
         value = value * 10 + (data[p] - 48)
@@ -132,7 +134,7 @@ def _number(data: Bytes, p: int, b: int) -> tuple[int, int]:
     return value, p
 
 
-@numba.njit(cache=True)
+@compiled
 def _parse(data: Bytes, a: int, b: int) -> tuple[int, int, int, int]:
     """Style, whole seconds (or the number), fraction and its number of digits."""
     p = a
@@ -157,7 +159,7 @@ def _parse(data: Bytes, a: int, b: int) -> tuple[int, int, int, int]:
     return INTEGER, first, 0, 0
 
 
-@numba.njit(cache=True)
+@compiled
 def _parse_iso(data: Bytes, year: int, q: int, b: int) -> tuple[int, int, int, int]:
     month, q = _number(data, q + 1, b)
     day, q = _number(data, q + 1, b)
@@ -166,7 +168,7 @@ def _parse_iso(data: Bytes, year: int, q: int, b: int) -> tuple[int, int, int, i
     return _parse_clock(data, q + 1, b, ISO, days_from_civil(year, month, day) * 86400)
 
 
-@numba.njit(cache=True)
+@compiled
 def _parse_clock(data: Bytes, p: int, b: int, style: int, base: int) -> tuple[int, int, int, int]:
     """``hh:mm[:ss[.fraction]][Z|±hh[:]mm]`` added to ``base`` seconds."""
     hours, q = _number(data, p, b)
@@ -191,9 +193,9 @@ def _parse_clock(data: Bytes, p: int, b: int, style: int, base: int) -> tuple[in
     return style, base + hours * 3600 + minutes * 60 + seconds - zone, part, digits
 
 
-@numba.njit(cache=True)
+@compiled
 def _parse_tag(data: Bytes, p: int, b: int) -> tuple[int, int, int, int]:
-    r"""The ``c:`` field of a TAG block ``\s:…,c:1241544035*4A\``, if its checksum is right."""
+    r"""Return the ``c:`` field of a TAG block ``\s:…,c:1241544035*4A\``, if its checksum is right."""
     xor, value = 0, -1
     for q in range(p + 1, b):
         if data[q] == _STAR:
@@ -205,16 +207,16 @@ def _parse_tag(data: Bytes, p: int, b: int) -> tuple[int, int, int, int]:
     return NONE, 0, 0, 0
 
 
-@numba.njit(cache=True)
+@compiled
 def _hex_digit(c: int) -> int:
     if 48 <= c <= 57:
         return c - 48
     return (c & 0xDF) - 55 if 65 <= (c & 0xDF) <= 70 else 99
 
 
-@numba.njit(cache=True)
+@compiled
 def days_from_civil(year: int, month: int, day: int) -> int:
-    """Days from 1970-01-01 to a date of the Gregorian calendar (Hinnant 2013, chrono-compatible algorithms)."""
+    """Days from 1970-01-01 to a date of the Gregorian calendar (Hinnant 2013, chrono algorithms)."""
     y = year - 1 if month <= 2 else year
     era = y // 400
     of_era = y - era * 400

@@ -76,9 +76,11 @@ def decode_stream(
     messages = message_rows(array, records, topics)
     line = timeline(len(records.kind), sentences, messages, host)
     tables = {}
-    for topic, rows in [*sentences.items(), *messages.items()]:
+    decoded = {t: (r.table, r.record) for t, r in sentences.items()}
+    decoded |= {t: (m.table, m.record) for t, m in messages.items()}
+    for topic, (table, record) in decoded.items():
         if topics is None or topic in topics:
-            tables[topic] = rows.table.set_axis(pd.Index(line.ns[rows.record], name="t_ns"), axis=0)
+            tables[topic] = table.set_axis(pd.Index(line.ns[record], dtype="int64", name="t_ns"), axis=0)
     damage, bad = damage_findings(array, records)
     return Stream(
         tables=tables,
@@ -124,7 +126,7 @@ def _stretch(data: Bytes, a: int, b: int, records: Records) -> Finding:
 
 
 def _remainder(data: Bytes, records: Records) -> int:
-    """Start of an unfinished record after the last whole one; the length of the stream where there is none."""
+    """Start of an unfinished record after the last whole one; the length of the stream if there is none."""
     after = int(records.end[-1]) if len(records.end) else 0
     tail = data[after:]
     marks = np.flatnonzero((tail == 0x24) | (tail == 0x21) | (tail == 0xB5) | (tail == 0xD3))

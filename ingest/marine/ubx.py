@@ -5,12 +5,13 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
-import numba
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ingest.compiled import compiled
 from ingest.marine.scan import UBX, UBX_OVERHEAD, Bytes, Records
 
 Integers = NDArray[np.int64]
@@ -115,7 +116,7 @@ def definition(code: int) -> tuple[str, Mapping[str, object]]:
 def decode(data: Bytes, start: Integers, length: int, topic: str) -> pd.DataFrame:
     """Columns of the messages of one kind and length whose payloads begin at ``start``."""
     block = _gather(data, start, length)
-    columns: dict[str, NDArray[np.generic]] = {}
+    columns: dict[str, NDArray[Any]] = {}
     for column in layout(topic, length):
         values = _values(block, column)
         if column.name.startswith("_HP"):
@@ -126,9 +127,9 @@ def decode(data: Bytes, start: Integers, length: int, topic: str) -> pd.DataFram
     return pd.DataFrame(_with_gyro(columns) if topic == "ESF-MEAS" else columns)
 
 
-def _values(block: Bytes, column: Column) -> NDArray[np.generic]:
+def _values(block: Bytes, column: Column) -> NDArray[Any]:
     raw = np.ascontiguousarray(block[:, column.offset : column.offset + column.size])
-    values: NDArray[np.generic] = raw.view(column.dtype).ravel()
+    values: NDArray[Any] = raw.view(column.dtype).ravel()
     if column.width:
         values = (
             (values.astype(np.uint64) >> np.uint64(column.shift)) & np.uint64((1 << column.width) - 1)
@@ -137,10 +138,10 @@ def _values(block: Bytes, column: Column) -> NDArray[np.generic]:
         return values
     inverse = round(1.0 / column.scale)
     exact = abs(inverse * column.scale - 1.0) < 1e-12
-    return values / inverse if exact else values * column.scale
+    return np.asarray(values / inverse if exact else values * column.scale)
 
 
-@numba.njit(cache=True)
+@compiled
 def _gather(data: Bytes, start: Integers, length: int) -> Bytes:
     block = np.empty((len(start), length), np.uint8)
     for i in range(len(start)):
@@ -150,7 +151,7 @@ def _gather(data: Bytes, start: Integers, length: int) -> Bytes:
 
 @functools.lru_cache(maxsize=256)
 def layout(topic: str, length: int) -> tuple[Column, ...]:
-    """Columns of a message of so many bytes; repeated groups get ``_01``, ``_02``, …, reserved fields none."""
+    """Columns of a message of so many bytes; repeated groups get ``_01``, ``_02``, …, reserved ones none."""
     from pyubx2.ubxtypes_get import UBX_PAYLOADS_GET
 
     older = f"{topic}-V0"
@@ -216,7 +217,7 @@ def _size(group: Mapping[str, object]) -> int:
     return sum(_width(kind) for kind in group.values())
 
 
-def _with_gyro(columns: dict[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
+def _with_gyro(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Add the rates and accelerations that ``ESF-MEAS`` packs as typed 24-bit numbers.
 
     u-blox F9 interface description, ESF-MEAS: types 14, 13, 5 are gyroscope x, y, z in 2⁻¹² deg/s; 16, 17, 18
@@ -237,5 +238,5 @@ def _with_gyro(columns: dict[str, NDArray[np.generic]]) -> dict[str, NDArray[np.
         for kind in np.intersect1d(np.unique(which), list(kinds)):
             label, power = kinds[int(kind)]
             column = columns.setdefault(label, np.full(len(which), np.nan))
-            column[which == kind] = signed[which == kind] / 2.0**power  # type: ignore[assignment]
+            column[which == kind] = signed[which == kind] / 2.0**power
     return columns

@@ -32,7 +32,7 @@ def database(path: Path, data: memoryview) -> Iterator[sqlite3.Connection]:
 
 
 def channels_of(connection: sqlite3.Connection) -> dict[int, Channel]:
-    """The topics of a bag, with the definitions that newer bags carry."""
+    """Return the topics of a bag, with the definitions that newer bags carry."""
     texts: dict[str, tuple[str, bytes]] = {}
     if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'").fetchone():
         rows = connection.execute(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-import numba
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ingest.compiled import compiled
 from ingest.marine.fields import texts
 from ingest.ros.program import (
     END,
@@ -33,7 +34,7 @@ from ingest.ros.program import (
 Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 #: The eight bytes of a number, seen as each type.
-Views = tuple[NDArray[np.generic], ...]
+Views = tuple[NDArray[Any], ...]
 DEPTH = 16
 
 
@@ -118,7 +119,7 @@ def _table(
 
 
 def _with_stamps(columns: dict[str, object]) -> dict[str, object]:
-    """The stamp of the header as one number of nanoseconds, ``stamp_ns``."""
+    """Return the stamp of the header as one number of nanoseconds, ``stamp_ns``."""
     for prefix in ("header.stamp", "stamp", "timestamp"):
         for fraction in ("nanosec", "nanosecond", "nsec"):
             second, part = columns.get(f"{prefix}.sec"), columns.get(f"{prefix}.{fraction}")
@@ -131,7 +132,7 @@ def _with_stamps(columns: dict[str, object]) -> dict[str, object]:
     return columns
 
 
-@numba.njit(cache=True)
+@compiled
 def _walk(
     data: Bytes,
     start: Integers,
@@ -175,7 +176,7 @@ def _walk(
     return good
 
 
-@numba.njit(cache=True)
+@compiled
 def _walk_one(
     data: Bytes,
     start: int,
@@ -202,7 +203,7 @@ def _walk_one(
     while pc < len(steps):
         step, a, slot, stride, last = steps[pc, 0], steps[pc, 1], steps[pc, 2], steps[pc, 3], steps[pc, 4]
         if step == SCALAR:
-            size = sizes[a]
+            size = int(sizes[a])
             p = _aligned(p, origin, min(size, most))
             if p + size > end:
                 return False
@@ -221,7 +222,7 @@ def _walk_one(
                 if p + 4 > end:
                     return False
                 _copy(data, p, 4, little, scratch)
-                often = views[4][0]
+                often = int(views[4][0])
                 p += 4
                 if often > end - p:
                     return False
@@ -249,7 +250,7 @@ def _walk_one(
             if p + 4 > end:
                 return False
             _copy(data, p, 4, little, scratch)
-            size = np.int64(views[4][0]) * (1 if step == TEXT else 2)
+            size = int(views[4][0]) * (1 if step == TEXT else 2)
             p += 4
             if p + size > end:
                 return False
@@ -262,39 +263,39 @@ def _walk_one(
     return True
 
 
-@numba.njit(cache=True)
+@compiled
 def _aligned(p: int, origin: int, size: int) -> int:
     over = (p - origin) % size
     return p + (size - over if over else 0)
 
 
-@numba.njit(cache=True)
+@compiled
 def _copy(data: Bytes, p: int, size: int, little: bool, scratch: Bytes) -> None:
     for k in range(size):
         scratch[k] = data[p + k] if little else data[p + size - 1 - k]
 
 
-@numba.njit(cache=True)
+@compiled
 def _integer(scratch: Bytes, views: Views, code: int) -> int:
     if code == I4:
-        return np.int64(views[3][0])
+        return int(views[3][0])
     if code == U4:
-        return np.int64(views[4][0])
+        return int(views[4][0])
     if code == U1:
-        return np.int64(scratch[0])
+        return int(scratch[0])
     if code == I1:
-        return np.int64(views[7][0])
+        return int(views[7][0])
     if code == I2:
-        return np.int64(views[5][0])
+        return int(views[5][0])
     if code == U2:
-        return np.int64(views[6][0])
-    return views[2][0]
+        return int(views[6][0])
+    return int(views[2][0])
 
 
-@numba.njit(cache=True)
+@compiled
 def _real(scratch: Bytes, views: Views, code: int) -> float:
     if code == F8:
-        return views[0][0]
+        return float(views[0][0])
     if code == F4:
-        return np.float64(views[1][0])
-    return np.float64(_integer(scratch, views, code))
+        return float(views[1][0])
+    return float(_integer(scratch, views, code))

@@ -131,7 +131,7 @@ def _flat(value: object, path: str = "") -> Iterator[tuple[str, object]]:
 
 
 def from_rows(rows: list[dict[str, object]]) -> pd.DataFrame:
-    """A table of flat rows: numbers as floats, texts as categories."""
+    """Return a table of flat rows: numbers as floats, texts as categories."""
     frame = pd.DataFrame.from_records(rows)
     columns: dict[str, object] = {}
     for name in frame.columns:

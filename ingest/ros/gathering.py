@@ -133,7 +133,7 @@ def _stacked_column(pieces: list[pd.Series]) -> pd.Series:
 def _streams(
     gathered: Gathered, topics: frozenset[str] | None, taken: Mapping[str, pd.DataFrame]
 ) -> list[RawStream]:
-    """What the raw channels hold; a topic that two of them have is named after its port as well."""
+    """Return what the raw channels hold; a topic that two of them have is named after its port as well."""
     streams: list[RawStream] = []
     names = set(taken)
     for topic, parts in gathered.raw.items():

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Steps. SCALAR: type, slot, stride. TEXT: -, slot, stride. LOOP: fixed count (−1: it is in the message), number of
+#: Steps. SCALAR: type, slot, stride. TEXT: -, slot, stride. LOOP: fixed count (−1: it is in the message),
+#: number of
 #: the loop, index of its END, size of its only scalar (0: more than one). END: -, -, index of its LOOP.
 SCALAR, TEXT, WIDE_TEXT, LOOP, END = 0, 1, 2, 3, 4
 
 #: Types of scalars: code, size and whether they go to the integers.
 F4, F8, I1, U1, I2, U2, I4, U4, I8, U8 = range(10)
 TYPES: Mapping[str, tuple[int, int]] = {
-    "float32": (F4, 4), "float64": (F8, 8), "int8": (I1, 1), "uint8": (U1, 1), "bool": (U1, 1), "byte": (U1, 1),
-    "octet": (U1, 1), "char": (U1, 1), "int16": (I2, 2), "uint16": (U2, 2), "int32": (I4, 4), "uint32": (U4, 4),
+    "float32": (F4, 4), "float64": (F8, 8), "int8": (I1, 1), "uint8": (U1, 1), "bool": (U1, 1), "byte": (U1,
+        1),
+    "octet": (U1, 1), "char": (U1, 1), "int16": (I2, 2), "uint16": (U2, 2), "int32": (I4, 4), "uint32": (U4,
+        4),
     "int64": (I8, 8), "uint64": (U8, 8),
 }  # fmt: skip
 SIZES = np.array([4, 8, 1, 1, 2, 2, 4, 4, 8, 8], np.int64)
@@ -152,7 +155,7 @@ def _base(program: Program, name: str, path: str, inside: object) -> None:
 
 
 def _slot(columns: list[str], path: str, inside: object) -> int:
-    """A new slot for a column; −1 where an array is too long or too deep to become columns."""
+    """Return a new slot for a column; −1 where an array is too long or too deep to become columns."""
     if isinstance(inside, _Repeated) and inside.often == 0:
         return -1
     columns.append(path)

@@ -17,7 +17,7 @@ Getter = Callable[[Any], object]
 
 @functools.lru_cache(maxsize=32)
 def message_class(name: str, descriptors: bytes) -> Any:
-    """The class of a message type, from a serialised ``FileDescriptorSet``."""
+    """Return the class of a message type, from a serialised ``FileDescriptorSet``."""
     from google.protobuf import descriptor_pb2, descriptor_pool, message, message_factory
 
     try:
@@ -103,7 +103,7 @@ def _put(name: str, nested: Any, values: list[Any], columns: dict[str, object], 
 
 
 def _with_stamp(columns: dict[str, object]) -> dict[str, object]:
-    """The time stamp of the message as one number of nanoseconds, ``stamp_ns``."""
+    """Return the time stamp of the message as one number of nanoseconds, ``stamp_ns``."""
     second, part = columns.get("timestamp.seconds"), columns.get("timestamp.nanos")
     if second is None or part is None:
         return columns

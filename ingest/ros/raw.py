@@ -28,7 +28,7 @@ class RawStream:
     bytes_damaged: int = 0
 
     def renamed(self, names: Mapping[str, str]) -> RawStream:
-        """The same with other names for some topics."""
+        """Return the same with other names for some topics."""
         return replace(
             self,
             tables={names.get(t, t): v for t, v in self.tables.items()},

@@ -1,7 +1,9 @@
 """The records of an MCAP file, found in bulk; an unfinished or damaged file gives all that is whole.
 
-The layout is that of the MCAP specification: after eight magic bytes, records of an opcode (1 byte), a length (8)
-and a content; chunks hold compressed records. Reading goes from front to back and needs no index, so a file that
+The layout is that of the MCAP specification: after eight magic bytes, records of an opcode (1 byte),
+a length (8)
+and a content; chunks hold compressed records. Reading goes from front to back and needs no index, so a file
+that
 was never finished is read up to the break; where a record cannot be right, the next chunk is searched for.
 """
 
@@ -12,21 +14,27 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from ingest.log import Finding
+from ingest.ros.message_scan import (
+    CHANNEL,
+    LAST_OPCODE,
+    MESSAGE,
+    MESSAGE_HEAD,
+    PREFIX,
+    SCHEMA,
+    end_of_run,
+    next_message,
+    scan_records,
+)
 
 Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
 
 MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
-LAST_OPCODE = 0x0F
-PREFIX = 9
-#: A message: channel (2), sequence (4), log time (8), publish time (8).
-MESSAGE_HEAD = 22
+FOOTER, CHUNK, DATA_END = 0x02, 0x06, 0x0F
 #: Messages are handed on when so many bytes of them have come together.
 BATCH = 1 << 26
 #: A chunk that claims to unpack to more than so many times its size, and more than this, is not believed.
@@ -137,7 +145,7 @@ def _pieces(data: memoryview, contents: Contents) -> Iterator[Batch]:
             contents.damage("truncated", "the last message is cut off", p, len(data) - p)
             return
         if opcode == MESSAGE:
-            stop = _bare_messages(np.frombuffer(data, np.uint8), p)
+            stop = end_of_run(np.frombuffer(data, np.uint8), p)
             for batch in _messages(data[p:stop], contents):
                 contents.last_time = int(np.median(batch.log_time[-9:]))
                 before = p + int(batch.start[-1]) - MESSAGE_HEAD - PREFIX
@@ -177,14 +185,15 @@ def _plausible_chunk(data: memoryview, p: int) -> bool:
 def _next_record(data: memoryview, start: int, broken: int, last_time: int) -> int:
     """Offset of the next chunk, or of the next message outside chunks if there were any before.
 
-    The search begins at ``start``, inside the record before the ``broken`` one: where bytes were lost, that record
+    The search begins at ``start``, inside the record before the ``broken`` one: where bytes were lost,
+    that record
     seems to reach into the next.
     """
     chunk = _next_chunk(data, start)
     chunk = _next_chunk(data, broken + 1) if chunk == broken else chunk
     if not last_time:
         return chunk
-    message = int(_next_message(np.frombuffer(data[:chunk], np.uint8), start, last_time))
+    message = int(next_message(np.frombuffer(data[:chunk], np.uint8), start, last_time))
     return message if message < chunk else chunk
 
 
@@ -235,7 +244,7 @@ def _mapping(body: bytes, p: int) -> dict[str, str]:
 
 
 def _chunk(data: memoryview, body: int, end: int, offset: int, contents: Contents) -> Iterator[Batch]:
-    """The messages of one chunk; of a broken one, those before the break."""
+    """Return the messages of one chunk; of a broken one, those before the break."""
     if end - body < 32:
         contents.damage("truncated", "the last chunk is cut off", offset, end - offset)
         return
@@ -270,7 +279,7 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview:
         except zstandard.ZstdError:
             return memoryview(b"")
     if compression == "lz4":
-        import lz4.frame
+        import lz4.frame  # type: ignore[import-untyped]
 
         try:
             return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size))
@@ -284,74 +293,9 @@ def _messages(records: memoryview, contents: Contents) -> Iterator[Batch]:
     if not len(records):
         return
     array = np.frombuffer(records, np.uint8)
-    channel, start, end, times, others = _scan(array)
+    channel, start, end, times, others = scan_records(array)
     for p in others:
         length = int.from_bytes(records[p + 1 : p + PREFIX], "little")
         _declare(int(array[p]), bytes(records[p + PREFIX : p + PREFIX + length]), contents)
     if len(channel):
         yield Batch(array, channel, start, end, times)
-
-
-@numba.njit(cache=True)
-def _length(data: Bytes, p: int) -> int:
-    """The eight bytes at ``p`` as a number; −1 where they are absurdly large."""
-    value = np.int64(0)
-    for k in range(7, -1, -1):
-        value = (value << 8) | data[p + k]
-    return value if 0 <= value else -1
-
-
-@numba.njit(cache=True)
-def _bare_messages(data: Bytes, p: int) -> int:
-    """End of the run of message, schema and channel records that begins at ``p``."""
-    while p + PREFIX <= len(data) and data[p] in (SCHEMA, CHANNEL, MESSAGE):
-        length = _length(data, p + 1)
-        if length < 0 or length > len(data) - p - PREFIX:
-            break
-        p += PREFIX + length
-    return p
-
-
-@numba.njit(cache=True)
-def _scan(data: Bytes) -> tuple[Integers, Integers, Integers, Integers, Integers]:
-    """Messages of a run of records, and where schemas and channels are; a garbled record is stepped over."""
-    size = len(data) // (PREFIX + MESSAGE_HEAD) + 16
-    channel, start, end = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
-    times, others = np.empty(size, np.int64), np.empty(size, np.int64)
-    n = m = p = before = 0
-    while p + PREFIX <= len(data) and n < size:
-        length = _length(data, p + 1)
-        if length < 0 or length > len(data) - p - PREFIX or not 1 <= data[p] <= LAST_OPCODE:
-            p = _next_message(data, max(before, 0) + 1, times[max(0, n - 3)] if n else 0)
-            before = p
-            continue
-        if data[p] == MESSAGE and length >= MESSAGE_HEAD:
-            body = p + PREFIX
-            channel[n] = data[body] + 256 * np.int64(data[body + 1])
-            times[n] = _length(data, body + 6)
-            start[n], end[n] = body + MESSAGE_HEAD, body + length
-            n += 1
-        elif (data[p] == SCHEMA or data[p] == CHANNEL) and m < size:
-            others[m] = p
-            m += 1
-        before = p
-        p += PREFIX + length
-    return channel[:n].copy(), start[:n].copy(), end[:n].copy(), times[:n].copy(), others[:m].copy()
-
-
-@numba.njit(cache=True)
-def _next_message(data: Bytes, p: int, last: int) -> int:
-    """The next place where a message begins whose time is within an hour of the last, and which a record follows."""
-    while p + PREFIX + MESSAGE_HEAD <= len(data):
-        if data[p] == MESSAGE:
-            length = _length(data, p + 1)
-            after = p + PREFIX + length
-            if (
-                MESSAGE_HEAD <= length
-                and after <= len(data)
-                and (after == len(data) or data[after] <= LAST_OPCODE)
-            ):
-                if abs(_length(data, p + PREFIX + 6) - last) < 3_600_000_000_000:
-                    return p
-        p += 1
-    return len(data)

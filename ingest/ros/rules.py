@@ -1,4 +1,4 @@
-"""Which ROS 2 and Foxglove messages hold which quantity (REP-103: x forward, y to port, yaw from east to north)."""
+"""Which ROS 2 and Foxglove messages hold which quantity (REP-103: x forward, y to port, yaw from east)."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def sniff(head: bytes) -> float:
 
 
 def as_plain_text(data: memoryview, encoding: str) -> memoryview:
-    """The text with one byte per line end and ASCII digits: UTF-16 recoded, old line ends replaced."""
+    """Return the text with one byte per line end and ASCII digits: UTF-16 recoded, old line ends replaced."""
     if encoding.lower().replace("_", "-").startswith("utf-16"):
         data = memoryview(data.tobytes()[: len(data) & ~1].decode(encoding, "replace").encode("utf-8"))
     head = bytes(data[:HEAD])
@@ -79,7 +79,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
 
 
 def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Decoded:
-    """A table with its time column found, as what a reader gives.
+    """Return a table with its time column found, as what a reader gives.
 
     Raises
     ------

@@ -58,7 +58,7 @@ def encoding_of(head: bytes) -> str:
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """The fields of a line, stripped of blanks and quotes."""
+    """Return the fields of a line, stripped of blanks and quotes."""
     if delimiter == " ":
         return line.split()
     return [field.strip().strip('"') for field in line.split(delimiter)] if line.strip() else []

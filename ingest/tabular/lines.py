@@ -103,12 +103,12 @@ def _inside_quotes(
 class Spans(io.RawIOBase):
     """A read-only stream over chosen byte ranges of a buffer, without a copy of it."""
 
-    def __init__(self, data: memoryview, spans: Sequence[tuple[int, int]]):
+    def __init__(self, data: memoryview, spans: Sequence[tuple[int, int]]) -> None:
         self._parts = [data[a:b] for a, b in spans if b > a]
         self._part, self._at = 0, 0
 
     def readable(self) -> bool:
-        """Always true."""
+        """Return always true."""
         return True
 
     def readinto(self, buffer: memoryview) -> int:  # type: ignore[override]

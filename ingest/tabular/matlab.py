@@ -8,7 +8,7 @@ import warnings
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -51,7 +51,9 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     arrays = hdf_arrays(data, findings) if hdf else matlab5_arrays(data, findings)
     tables = {topic: table for topic, table in grouped(arrays, findings).items() if wanted(topic, options)}
     if not tables:
-        raise ValueError(f"no time vector with vectors of its length; found {', '.join(sorted(arrays)[:12]) or 'none'}")
+        raise ValueError(
+            f"no time vector with vectors of its length; found {', '.join(sorted(arrays)[:12]) or 'none'}"
+        )
     parts = [timed(table, {}, topic) for topic, table in tables.items()]
     zero = {p.utc_of_index_zero_ns for p in parts}
     return Decoded(
@@ -82,7 +84,9 @@ def matlab5_arrays(data: memoryview, findings: list[Finding]) -> Arrays:
         size = struct.unpack_from(f"{order}I", data, p + 4)[0] if p + TAG <= len(data) else len(data)
         end = p + TAG + size
         if end > len(data):
-            findings.append(Finding("truncated", "the last variable is cut off", offset=p, length=len(data) - p))
+            findings.append(
+                Finding("truncated", "the last variable is cut off", offset=p, length=len(data) - p)
+            )
             break
         arrays |= _load(header + bytes(data[p:end]), findings, p)
         p = end
@@ -93,16 +97,19 @@ def _load(raw: bytes, findings: list[Finding], offset: int) -> Arrays:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
-    errors = (ValueError, TypeError, IndexError, KeyError, OSError, NotImplementedError, AttributeError, MemoryError,
+    errors = (ValueError, TypeError, IndexError, KeyError, OSError, NotImplementedError, AttributeError,
+        MemoryError,
               ArithmeticError, NameError, zlib.error, struct.error, MatReadError, SystemError)  # fmt: skip
     try:
         with warnings.catch_warnings(action="ignore"):
-            content = loadmat(io.BytesIO(raw), struct_as_record=True, squeeze_me=True)
+            content = loadmat(cast(Any, io.BytesIO(raw)), struct_as_record=True, squeeze_me=True)
     except errors as error:
         text = f"a variable cannot be read ({type(error).__name__})"
         findings.append(Finding("damaged", text, offset=offset, length=max(0, len(raw) - HEADER)))
         return {}
-    return {n: a for key, value in content.items() if not key.startswith("__") for n, a in _numeric(key, value)}
+    return {
+        n: a for key, value in content.items() if not key.startswith("__") for n, a in _numeric(key, value)
+    }
 
 
 def _numeric(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -139,7 +146,7 @@ def hdf_arrays(data: memoryview, findings: list[Finding]) -> Arrays:
 
 
 def grouped(arrays: Mapping[str, NDArray[Any]], findings: list[Finding]) -> dict[str, pd.DataFrame]:
-    """Tables of the vectors that share a time vector: one of each struct that has its own, one of all others."""
+    """Tables of the vectors that share a time vector: one of each struct that has one, one of the rest."""
     groups: dict[str, Arrays] = {}
     for name, array in arrays.items():
         groups.setdefault(name.rpartition(".")[0], {})[name.rpartition(".")[2]] = array
@@ -153,8 +160,10 @@ def grouped(arrays: Mapping[str, NDArray[Any]], findings: list[Finding]) -> dict
 
 
 def _table(vectors: Arrays) -> pd.DataFrame | None:
-    """The vectors as long as the one that looks like time; None where none does."""
-    lengths = sorted({a.shape[0] for a in vectors.values()} | {a.shape[-1] for a in vectors.values()}, reverse=True)
+    """Return the vectors as long as the one that looks like time; None where none does."""
+    lengths = sorted(
+        {a.shape[0] for a in vectors.values()} | {a.shape[-1] for a in vectors.values()}, reverse=True
+    )
     for length in lengths:
         columns = dict(c for name, a in vectors.items() for c in _columns(name, a, length))
         table = pd.DataFrame(columns)
@@ -175,7 +184,7 @@ def _columns(name: str, array: NDArray[Any], length: int) -> Iterator[tuple[str,
 
 
 def _dated(table: pd.DataFrame, column: str) -> pd.DataFrame:
-    """The table with MATLAB's day numbers turned into seconds since 1970."""
+    """Return the table with MATLAB's day numbers turned into seconds since 1970."""
     if column not in table:
         return table
     days = table[column].to_numpy(float)

@@ -15,7 +15,8 @@ from ingest.log import Source
 
 #: Spellings of units at the end of a name (after ``_``) or in brackets, and the unit that they mean.
 UNITS: Mapping[str, str] = {
-    "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
+    "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radian": "rad",
+    "radians": "rad",
     "deg_s": "deg/s", "deg/s": "deg/s", "degps": "deg/s", "dps": "deg/s", "°/s": "deg/s", "deg/sec": "deg/s",
     "deg_min": "deg/min", "deg/min": "deg/min", "°/min": "deg/min",
     "rad_s": "rad/s", "rad/s": "rad/s", "radps": "rad/s", "rad/sec": "rad/s",
@@ -24,9 +25,12 @@ UNITS: Mapping[str, str] = {
     "m/s²": "m/s²", "mps2": "m/s²", "kn": "kn", "kt": "kn", "kts": "kn", "knots": "kn", "knot": "kn",
     "km_h": "km/h", "km/h": "km/h", "kmh": "km/h", "kph": "km/h",
     "rpm": "rpm", "rev_s": "rev/s", "rev/s": "rev/s", "rps": "rev/s", "hz": "rev/s",
-    "percent": "percent", "pct": "percent", "%": "percent", "n": "N", "newton": "N", "kn_force": "kN", "nm": "N m",
-    "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "µs": "us", "ns": "ns",
-    "nsec": "ns", "min": "min", "v": "V", "a": "A", "pwm": "us", "degc": "degC", "°c": "degC", "c": "degC", "kg": "kg",
+    "percent": "percent", "pct": "percent", "%": "percent", "n": "N", "newton": "N", "kn_force": "kN",
+    "nm": "N m",
+    "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "µs": "us",
+    "ns": "ns",
+    "nsec": "ns", "min": "min", "v": "V", "a": "A", "pwm": "us", "degc": "degC", "°c": "degC", "c": "degC",
+    "kg": "kg",
     "g": "g", "hpa": "hPa", "pa": "Pa", "mbar": "hPa",
 }  # fmt: skip
 
@@ -42,7 +46,7 @@ def is_unit(text: str) -> bool:
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """The plain name in lower case with underscores, and the unit that the name states ("" where none).
+    """Split a name into its plain form, lower case with underscores, and the unit that it states, or "".
 
     Examples
     --------
@@ -60,7 +64,7 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def plain(name: str) -> str:
-    """A name in lower case, words joined by underscores."""
+    """Return a name in lower case, words joined by underscores."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
     return re.sub(r"[^\w°/%µ²^]+", "_", words).strip("_").lower()
 
@@ -93,26 +97,33 @@ _PROPELLER = (
 _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("position", (("latitude", _LAT), ("longitude", _LON)), "deg", 50),
     _Pattern("position", (("north", "north|northing|x_north|pos_n|pos_north|position_north|north_pos|x_n"),
-                          ("east", "east|easting|y_east|pos_e|pos_east|position_east|east_pos|y_e")), "m", 45),
-    _Pattern("position", (("north", "x|x_pos|pos_x|x0|position_x"), ("east", "y|y_pos|pos_y|y0|position_y")), "m", 40),
+                          ("east", "east|easting|y_east|pos_e|pos_east|position_east|east_pos|y_e")), "m",
+                          45),
+    _Pattern("position", (("north", "x|x_pos|pos_x|x0|position_x"), ("east", "y|y_pos|pos_y|y0|position_y")),
+        "m", 40),
     _Pattern("heading", (("value", _HEADING),), "angle", 50),
-    _Pattern("heading", (("value", "compass|compass_heading|magnetic_heading|heading_mag|hdm|mag_heading"),), "angle", 40,
+    _Pattern("heading", (("value", "compass|compass_heading|magnetic_heading|heading_mag|hdm|mag_heading"),),
+        "angle", 40,
              (("magnetic", True),)),
     _Pattern("yaw_rate", (("value", _RATE),), "rate", 50),
     _Pattern("yaw_rate", (("value", _GYRO),), "rate", 45),
     _Pattern("yaw_rate", (("value", "rot"),), "rate", 40),
-    _Pattern("velocity", (("north", "vn|v_n|vel_n|v_north|vel_north|velocity_north|north_velocity|vnorth|speed_north"),
-                          ("east", "ve|v_e|vel_e|v_east|vel_east|velocity_east|east_velocity|veast|speed_east")),
+    _Pattern("velocity", (("north",
+        "vn|v_n|vel_n|v_north|vel_north|velocity_north|north_velocity|vnorth|speed_north"),
+                          ("east",
+                              "ve|v_e|vel_e|v_east|vel_east|velocity_east|east_velocity|veast|speed_east")),
              "m/s", 50),
     _Pattern("velocity", (("forward", "u|surge|surge_velocity|surge_speed|u_body|vel_surge"),
                           ("starboard", "v|sway|sway_velocity|sway_speed|v_body|vel_sway")), "m/s", 45),
     _Pattern("velocity", (("speed", "sog|speed_over_ground|ground_speed|gps_speed|gs"),
-                          ("course", "cog|course_over_ground|course|track|ground_course|gps_course")), "angle", 40),
+                          ("course", "cog|course_over_ground|course|track|ground_course|gps_course")),
+                          "angle", 40),
     _Pattern("wind", (("speed", "wind_speed|windspeed|tws|true_wind_speed|wind_speed_true"),
                       ("direction", "wind_direction|wind_dir|winddir|twd|true_wind_direction|wind_from")),
              "angle", 45, (("reference", "true"),)),
     _Pattern("wind", (("speed", "aws|wind_speed|apparent_wind_speed|relative_wind_speed|wind_speed_relative"),
-                      ("direction", "awa|wind_angle|apparent_wind_angle|relative_wind_angle|relative_wind_direction"
+                      ("direction",
+                          "awa|wind_angle|apparent_wind_angle|relative_wind_angle|relative_wind_direction"
                                     "|apparent_wind_direction|wind_direction_relative")),
              "angle", 40, (("reference", "relative"),)),
     _Pattern("depth", (("value", "depth|water_depth|depth_below_surface"),), "m", 50),
@@ -131,7 +142,7 @@ _FITTING: Mapping[str, frozenset[str]] = {
 
 
 def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -> tuple[Source, ...]:
-    """The quantities that a table's column names say it holds, best first.
+    """Return the quantities that a table's column names say it holds, best first.
 
     Parameters
     ----------
@@ -149,7 +160,7 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
 
 
 def _upward(rule: Rule) -> Rule:
-    """The rule with its angles turning about an axis that points up: Xsens exports, yaw from east."""
+    """Return the rule with its angles turning about an axis that points up: Xsens exports, yaw from east."""
     if rule.quantity not in {"heading", "yaw_rate"}:
         return rule
     unit = "deg" if rule.quantity == "heading" else "rad/s"

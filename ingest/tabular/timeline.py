@@ -14,8 +14,10 @@ from ingest.tabular.naming import split_unit
 Nanoseconds = NDArray[np.int64]
 
 TIME_NAMES = (
-    "utc", "utc_time", "time_utc", "timestamp_utc", "datetime", "date_time", "timestamp", "time", "t", "stamp",
-    "epoch", "unix_time", "unixtime", "host_time", "gps_time", "elapsed", "elapsed_time", "time_boot", "seconds",
+    "utc", "utc_time", "time_utc", "timestamp_utc", "datetime", "date_time", "timestamp", "time", "t",
+    "stamp",
+    "epoch", "unix_time", "unixtime", "host_time", "gps_time", "elapsed", "elapsed_time", "time_boot",
+    "seconds",
     "sec", "tid", "zeit", "time_s", "clock",
 )  # fmt: skip
 
@@ -46,7 +48,7 @@ class Clock:
 
 
 def clock_of(table: pd.DataFrame) -> Clock | None:
-    """The time of each row, from the column that best looks like a clock; None where none does."""
+    """Return the time of each row, from the column that best looks like a clock; None where none does."""
     flat = {split_unit(str(c))[0]: str(c) for c in reversed(table.columns)}
     if "date" in flat and "time" in flat and not pd.api.types.is_numeric_dtype(table[flat["time"]]):
         joined = table[flat["date"]].astype(str) + " " + table[flat["time"]].astype(str)
@@ -66,7 +68,7 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
 
 
 def _from_ticks(table: pd.DataFrame, flat: dict[str, str]) -> Clock:
-    """Xsens: 10 kHz ticks that wrap at 2³² (MTi low-level communication protocol), and the date where it is known."""
+    """Xsens: 10 kHz ticks that wrap at 2³² (MTi low-level protocol), and the date where it is known."""
     ticks = pd.to_numeric(table[flat["sample_time_fine"]], errors="coerce").to_numpy(float)
     good = np.isfinite(ticks)
     whole = np.where(good, ticks, 0).astype(np.int64)
@@ -123,7 +125,8 @@ def _scaled(values: NDArray[np.generic], scale: int) -> Nanoseconds:
     if values.dtype.kind in "iu":
         return np.asarray(values.astype(np.int64) * scale, np.int64)
     whole = np.floor(values.astype(float))
-    return whole.astype(np.int64) * scale + np.rint((values.astype(float) - whole) * scale).astype(np.int64)
+    part = np.rint((values.astype(float) - whole) * scale)
+    return np.asarray(whole.astype(np.int64) * scale + part.astype(np.int64), np.int64)
 
 
 def _from_text(column: pd.Series, name: str) -> Clock | None:
@@ -143,7 +146,7 @@ def _from_text(column: pd.Series, name: str) -> Clock | None:
 
 
 def _layout(example: str) -> str:
-    """The ``strptime`` layout of a date that is not ISO: ``31.12.2024 …``, ``2024/12/31 …``, ``12/31/2024 …``."""
+    """Guess the layout of a date that is not ISO: ``31.12.2024``, ``2024/12/31``, ``12/31/2024``."""
     date = re.match(r"(\d+)([./-])(\d+)[./-](\d+)", example)
     if not date:
         return "%Y-%m-%d %H:%M:%S"

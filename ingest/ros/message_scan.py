@@ -1,0 +1,83 @@
+"""Compiled search for the messages in a run of MCAP records.
+
+A record is an opcode (1 byte), a length (8 bytes) and a content of that length.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ingest.compiled import compiled
+
+Bytes = NDArray[np.uint8]
+Integers = NDArray[np.int64]
+
+SCHEMA, CHANNEL, MESSAGE = 0x03, 0x04, 0x05
+LAST_OPCODE = 0x0F
+PREFIX = 9
+#: A message: channel (2), sequence (4), log time (8), publish time (8).
+MESSAGE_HEAD = 22
+HOUR_NS = 3_600_000_000_000
+
+
+@compiled
+def length_at(data: Bytes, p: int) -> int:
+    """Return the eight bytes at ``p`` as a number; −1 where they are absurdly large."""
+    value = np.int64(0)
+    for k in range(7, -1, -1):
+        value = np.int64(value << 8) | np.int64(data[p + k])
+    return int(value) if value >= 0 else -1
+
+
+@compiled
+def end_of_run(data: Bytes, p: int) -> int:
+    """End of the run of message, schema and channel records that begins at ``p``."""
+    while p + PREFIX <= len(data) and data[p] in (SCHEMA, CHANNEL, MESSAGE):
+        length = length_at(data, p + 1)
+        if length < 0 or length > len(data) - p - PREFIX:
+            break
+        p += PREFIX + length
+    return p
+
+
+@compiled
+def scan_records(data: Bytes) -> tuple[Integers, Integers, Integers, Integers, Integers]:
+    """Messages of a run of records, and where schemas and channels are; a garbled record is stepped over."""
+    size = len(data) // (PREFIX + MESSAGE_HEAD) + 16
+    channel, start, end = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
+    times, others = np.empty(size, np.int64), np.empty(size, np.int64)
+    n = m = p = before = 0
+    while p + PREFIX <= len(data) and n < size:
+        length = length_at(data, p + 1)
+        if length < 0 or length > len(data) - p - PREFIX or not 1 <= data[p] <= LAST_OPCODE:
+            p = next_message(data, max(before, 0) + 1, times[max(0, n - 3)] if n else 0)
+            before = p
+            continue
+        if data[p] == MESSAGE and length >= MESSAGE_HEAD:
+            body = p + PREFIX
+            channel[n] = data[body] + 256 * np.int64(data[body + 1])
+            times[n] = length_at(data, body + 6)
+            start[n], end[n] = body + MESSAGE_HEAD, body + length
+            n += 1
+        elif (data[p] == SCHEMA or data[p] == CHANNEL) and m < size:
+            others[m] = p
+            m += 1
+        before = p
+        p += PREFIX + length
+    return channel[:n].copy(), start[:n].copy(), end[:n].copy(), times[:n].copy(), others[:m].copy()
+
+
+@compiled
+def next_message(data: Bytes, p: int, last: int) -> int:
+    """Find the next message whose time is within an hour of ``last``, followed by a record or the end."""
+    while p + PREFIX + MESSAGE_HEAD <= len(data):
+        if data[p] == MESSAGE:
+            length = length_at(data, p + 1)
+            if MESSAGE_HEAD <= length <= len(data) - p - PREFIX:
+                after = p + PREFIX + length
+                followed = after == len(data) or data[after] <= LAST_OPCODE
+                if followed and abs(length_at(data, p + PREFIX + 6) - last) < HOUR_NS:
+                    return p
+        p += 1
+    return len(data)
