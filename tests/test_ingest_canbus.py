@@ -404,6 +404,21 @@ def test_a_lost_frame_loses_its_packet_only_and_is_counted(missing):
     assert [f.count for f in log_of(READER["candump"], text).findings if "frame missing" in f.message] == [1]
 
 
+def test_two_torn_packets_do_not_make_one():
+    a = message(START_S, "gnssPositionData", {"latitude": 1.0}, 1, sequence=5)
+    b = message(START_S + 0.1, "gnssPositionData", {"latitude": 2.0}, 1, sequence=5)
+    packets, lost = assemble(frames_of([*a[:3], *a[4:], *b[1:]]))
+    assert (len(packets), lost) == (0, 1)
+    late = message(START_S + 8.0, "gnssPositionData", {"latitude": 2.0}, 1, sequence=5)
+    packets, lost = assemble(frames_of([*a[:4], *late[4:]]))
+    assert (len(packets), lost) == (0, 2)
+
+
+def test_a_frame_that_looks_like_a_blf_object():
+    frames = [frame(START_S + 0.01 * k, 0x09F11201, b"LOBJ\x20\0\1\0") for k in range(5)]
+    assert identity(transport("blf", written(frames, ".blf"))) == expected(frames)
+
+
 @given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 7)), min_size=1, max_size=30), st.randoms())
 @settings(max_examples=60, deadline=None)
 def test_fast_packets_agree_with_the_peer(plan, rng):
