@@ -18,6 +18,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
 SHORT, LONG = 8.0, 30.0
+#: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
+FAR = 3.0
 
 
 @dataclass(frozen=True)
@@ -81,16 +83,22 @@ def fit_from_scratch(
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     length = window_length(structure.vessel.length) if length is None else length
     lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
-    problem = cut(stretches, lengths[0] if lengths else length)
+    problem, solution = cut(stretches, lengths[0] if lengths else length), None
     for size in [*lengths, length]:
         problem = cut(problem.stretches, size).inflated(problem.inflation)
-        solution = solve(problem, structure, p, first_states(problem), prior, budget=25, tolerance=1.0)
+        found = solve(problem, structure, p, first_states(problem), prior, budget=25, tolerance=1e-4 * problem.rows)
+        if not np.isfinite(found.cost) and solution is not None:
+            break
+        solution = found
         problem = calibrated(problem, solution)
         p = solution.p
-    for _ in range(rounds):
-        solution = solve(problem, structure, solution.p, solution.first, prior, anchor=first_states(problem))
+    for _ in range(rounds + 1):
+        found = Fitted(problem, prior, solution)
+        solution = solve(
+            problem, structure, solution.p, solution.first, prior, anchor=first_states(problem),
+            tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
+        )  # fmt: skip
         problem = calibrated(problem, solution)
-    solution = solve(problem, structure, solution.p, solution.first, prior, anchor=first_states(problem))
     return Fitted(problem, prior, solution)
 
 

@@ -47,16 +47,28 @@ def prepare(trials: Sequence[Trial], model: str) -> Prepared:
 
 
 def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
-    """The same sensor has the same noise in every log: the median over the logs."""
+    """The same sensor has the same noise in every log: the median over the logs, and no less than makes sense.
+
+    A search cannot begin with weights of a sensor that is a thousand times better than any model; what the noise
+    really is, the prediction errors tell later.
+    """
     pooled = {
-        s: float(np.median([t.measurements[s].sigma for t in trials if s in t.measurements]))
-        for s in STREAMS
+        s: max(float(np.median([t.measurements[s].sigma for t in trials if s in t.measurements])), least)
+        for s, least in _least_noise(trials).items()
         if any(s in t.measurements for t in trials)
     }
     return [
         replace(t, measurements={k: replace(m, sigma=pooled.get(k, m.sigma)) for k, m in t.measurements.items()})
         for t in trials
     ]
+
+
+def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:
+    """Noise below which a sensor is as good as exact, by stream: a share of the length, of the speed and of the yaw."""
+    states = np.vstack([t.states[["u", "r"]].dropna().to_numpy(dtype=float) for t in trials])
+    speed, yaw = np.sqrt(np.mean(states**2, axis=0))
+    length = trials[0].vessel.length
+    return {"position": 3e-4 * length, "heading": 5e-4, "yaw_rate": 5e-3 * float(yaw), "velocity": 2e-3 * float(speed)}
 
 
 def _declare(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import Fitted
+from identify.base_fit import FAR, Fitted
 from identify.noise import calibrated
 from identify.output_error import Solution, Stopped, solve
 from identify.predict import free_run
@@ -22,8 +22,6 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 FALSE_ALARM = 0.01
 #: Two causes whose costs differ by less than this cannot be told apart (odds of 20 to 1).
 INDISTINCT = 6.0
-#: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
-FAR = 3.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.drive import drive
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
-from validate.judgement import Judged, judge, least_gain, under, worthwhile
+from validate.judgement import Judged, judge, least_gain, step_tolerance, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
 
 #: Candidates that are refitted in each round.
@@ -66,10 +67,17 @@ def refined(fitted: Fitted) -> Fitted:
     structure, p = fitted.solution.structure, fitted.solution.p
     problem = cut(fitted.problem.stretches, window_length(structure.vessel.length))
     problem = problem.inflated(fitted.problem.inflation)
-    solution = solve(problem, structure, p, first_states(problem), fitted.prior)
+    current = drive(structure, p, problem.stretches[0]).current
+    solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
+    if not np.isfinite(solution.cost):
+        return fitted
     for _ in range(2):
         problem = calibrated(problem, solution)
-        solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem))
+        tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
+        solution = solve(
+            problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),
+            budget=20, tolerance=tolerance,
+        )  # fmt: skip
     return Fitted(problem, fitted.prior, solution)
 
 
