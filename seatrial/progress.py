@@ -50,6 +50,8 @@ class Stopwatch:
         self(stage, "", 1.0)
 
     def timing(self) -> Mapping[str, float]:
-        """Seconds per stage and in total."""
+        """Seconds per stage and in total; what is no stage of its own belongs to the last."""
         self.count()
-        return {**self.seconds, "total": self.since - self.began}
+        out = {stage: self.seconds[stage] for stage in STAGES}
+        out[STAGES[-1]] += sum(v for stage, v in self.seconds.items() if stage not in STAGES)
+        return {**out, "total": self.since - self.began}

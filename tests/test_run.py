@@ -115,6 +115,8 @@ def test_time_goes_to_the_stage_that_was_named():
     watch("ingest")
     watch("identify", "", 0.1)
     watch("identify", "", 1.0)
+    watch("diagnose")
     timing = watch.timing()
+    assert list(timing) == ["ingest", "preprocess", "identify", "validate", "total"]
     assert timing["total"] == pytest.approx(sum(v for k, v in timing.items() if k != "total"))
-    assert timing["validate"] == 0.0
+    assert timing["preprocess"] == 0.0 < timing["validate"]

@@ -21,6 +21,7 @@ NAMES = {
     "ingest": "Reading",
     "preprocess": "Preprocessing",
     "identify": "Identifying",
+    "diagnose": "Diagnosing",
     "validate": "Validating",
     "write": "Writing",
 }
