@@ -195,7 +195,7 @@ def test_candidates_and_verdict_are_in_words(chunks):
     batch = chunks[f"{entities.DIAGNOSIS}/round_1/table"][0].to_record_batch()
     words = str(batch.to_pydict())
     assert words.index("current") < words.index("wind") < words.index("quadratic damping")
-    assert "a current of 0.178" in str(chunks[entities.VERDICT][0].to_record_batch().to_pydict())
+    assert "a current of 0.178 m/s" in str(chunks[entities.VERDICT][0].to_record_batch().to_pydict())
 
 
 def test_without_effects_there_is_no_before(tmp_path):

@@ -350,7 +350,7 @@ def test_the_headline_is_one_sentence_that_names_what_was_found(results, verdict
     words = headline(replace(results, diagnosis=found))
     assert words.endswith(".")
     assert words.count(". ") == 0
-    assert ("0.178 ± 0.004 m/s" in words) == (verdict is not Verdict.ADEQUATE)
+    assert ("a current of 0.178 m/s flowing to 75.1°" in words) == (verdict is not Verdict.ADEQUATE)
     assert ("wind" in words) == (verdict is Verdict.AMBIGUOUS)
 
 
@@ -456,6 +456,18 @@ def test_the_page_says_what_was_found_and_what_was_wrong(page):
         "the data give it only to 60 %",
     ):
         assert words in page
+
+
+def test_of_two_candidates_of_one_name_only_the_better_was_taken(results):
+    first = results.diagnosis.rounds[0]
+    twins = tuple(
+        replace(first.candidates[0], input=i, evidence=e) for i, e in (("left", 10.0), ("right", 20.0))
+    )
+    found = replace(results.diagnosis, rounds=(replace(first, candidates=twins * 10),))
+    page = report_page(replace(results, diagnosis=found))
+    assert page.count("✓ taken") == 1
+    assert "current of right ✓ taken" in page
+    assert "8 more candidates" in page
 
 
 def test_without_the_loop_the_page_has_no_before():

@@ -75,9 +75,10 @@ def diagnosis_markdown(results: Results) -> str:
 def round_markdown(number: int, r: Round) -> str:
     """Candidates by rank, and the residual tests."""
     ranked = sorted(r.candidates, key=lambda c: -c.evidence)
+    taken = next((c for c in ranked if c.effect == r.accepted), None)
     rows = [
         [str(k), words.plain_name(c.effect) + (f" of {c.input}" if c.input else ""), words.number(c.evidence),
-         words.probability(c.p_value), "taken" if c.effect == r.accepted else c.note]
+         words.probability(c.p_value), "taken" if c is taken else c.note]
         for k, c in enumerate(ranked, start=1)
     ]  # fmt: skip
     tests = [[words.plain_name(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]

@@ -31,6 +31,8 @@ LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "rerun-sdk")
 MATERIALITY = 0.10
 #: Logs that are drawn; the others are in the recording.
 PLOTTED = 24
+#: Candidates of a round that are shown; the others are in report.json.
+RANKED = 12
 
 
 def report_page(results: Results) -> str:
@@ -161,29 +163,33 @@ def round_rows(r: Round) -> dict[str, Any]:
     value = {(t.name, t.channel): t.p_value for t in r.residual_tests}
     ranked = sorted(r.candidates, key=lambda c: -c.evidence)
     most = max((c.evidence for c in ranked), default=0.0)
+    taken = next((c for c in ranked if c.effect == r.accepted), None)
     return {
         "channels": channels,
         "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
-        "candidates": [candidate_row(c, most, r.accepted) for c in ranked],
+        "candidates": [candidate_row(c, most, c is taken) for c in ranked[:RANKED]],
+        "more": len(ranked) - RANKED,
         "accepted": r.accepted,
     }
 
 
-def candidate_row(c: Candidate, most: float, accepted: str | None) -> dict[str, Any]:
+def candidate_row(c: Candidate, most: float, taken: bool) -> dict[str, Any]:
     """One candidate as it is shown."""
     scale = {name: factor for name, _, _, factor in CHANNELS}
     change = [
         (k, scaled(c.rmse_before[k], scale.get(k, 1.0)), scaled(c.rmse_after.get(k), scale.get(k, 1.0)))
         for k in c.rmse_before
+        if c.rmse_before[k] != c.rmse_after.get(k)
     ]
+    name = words.plain_name(c.effect)
     return {
-        "name": words.plain_name(c.effect) + (f" of {c.input}" if c.input else ""),
+        "name": name + (f" of {c.input}" if c.input else ""),
         "evidence": c.evidence,
         "bar": round(100 * c.evidence / most, 1) if most > 0 and c.evidence > 0 else 0,
         "p_value": c.p_value,
         "change": change,
-        "note": c.note,
-        "taken": accepted == c.effect,
+        "note": "" if c.note in (c.effect, name) else c.note,
+        "taken": taken,
     }
 
 

@@ -116,17 +116,17 @@ def for_reading(p: Estimated) -> tuple[float, float, str]:
     return p.value, p.stderr, "" if p.unit == "1" else p.unit
 
 
-def quantity(p: Estimated) -> str:
-    """A parameter with its error and unit, angles in degrees, directions in 0-360."""
+def quantity(p: Estimated, errors: bool = True) -> str:
+    """A parameter with its unit, and its error if wanted; angles in degrees, directions in 0-360."""
     value, error, unit = for_reading(p)
     value = value % 360 if p.name == "direction" and math.isfinite(value) else value
     gap = "" if unit == "°" or not unit else " "
-    return plus_minus(value, error) + gap + unit
+    return (plus_minus(value, error) if errors else number(value)) + gap + unit
 
 
-def effect_words(effect: FittedEffect) -> str:
-    """One effect as a noun phrase with its numbers."""
-    values = {p.name: quantity(p) for p in effect.parameters}
+def effect_words(effect: FittedEffect, errors: bool = True) -> str:
+    """One effect as a noun phrase with its numbers, and their errors if wanted."""
+    values = {p.name: quantity(p, errors) for p in effect.parameters}
     if effect.name == "current" and {"speed", "direction"} <= values.keys():
         return f"a current of {values['speed']} flowing to {values['direction']}"
     if effect.name == "wind" and {"speed", "direction"} <= values.keys():
@@ -185,7 +185,7 @@ def headline(results: Results) -> str:
     found, model = results.diagnosis, results.after.model
     if found is None:
         return f"The model {model} was fitted and validated; what it lacks was not searched for."
-    effects = joined(effect_words(e.fitted) for e in found.effects) or "what is named below"
+    effects = joined(effect_words(e.fitted, errors=False) for e in found.effects) or "what is named below"
     if found.verdict is Verdict.ADEQUATE:
         return f"The model {model} lacks nothing that these data can show."
     if found.verdict is Verdict.EXPLAINED:
