@@ -2,8 +2,8 @@
 
     python -m benchmarks.fuzz_ingest --seconds 60 LOG...
 
-Each log is read by the reader that recognises it, and every tenth time by one that does not. The first failure ends
-the run with its seed, which ``--seed`` repeats.
+Each log is read by the reader that recognises it, and every tenth time by any. The first failure ends the run
+with its seed, which ``--seed`` repeats.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ LARGEST = 60_000
 
 
 def reader_of(data: bytes) -> Reader:
-    """The reader that is surest of a log."""
+    """Choose the reader that is surest of a log."""
     return max(READERS, key=lambda r: r.sniff(data[: 1 << 16]))
 
 
 def damaged(data: bytes, rng: random.Random) -> bytes:
-    """A piece from the start of a log with one to four kinds of damage."""
+    """Take a piece from the start of a log and damage it in one to four ways."""
     out = data[: rng.randrange(50, LARGEST)]
     for _ in range(rng.randrange(1, 5)):
         out = rng.choice(list(DAMAGE.values()))(out, rng) or b"\0"

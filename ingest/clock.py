@@ -17,6 +17,12 @@ RESTART_NS = 1_000_000_000
 STRAY_NS = 1_000_000_000
 #: A step forward as large as this is looked at, too.
 LEAP_NS = 3_600_000_000_000
+#: No time is earlier or later (1896 and 2189, as UTC), so that the difference of two always fits.
+EARLIEST_NS, LATEST_NS = -(1 << 61), (3 << 61) - 1
+#: A sliding look at so many records tells a clock that stays back from late records.
+LOOK = 16
+#: So many restarts are reported one by one.
+MOST_RESTARTS = 100
 #: A gap is an interval this many times the usual one, and at least half a second.
 GAP_FACTOR, GAP_NS = 5.0, 500_000_000
 
@@ -43,25 +49,55 @@ def continue_clock(
     findings : list of Finding
         One ``"clock"`` finding per restart.
     """
+    t_ns = believable(t_ns)
     steps = np.diff(t_ns)
-    back = np.flatnonzero(steps < -RESTART_NS) + 1
-    restarts = [i for i in back if stays_back(t_ns, int(i))]
-    if not restarts:
+    restarts = staying_back(t_ns, np.flatnonzero(steps < -RESTART_NS) + 1)
+    if not len(restarts):
         return t_ns, []
     usual = int(np.median(steps[steps > 0])) if (steps > 0).any() else 1
-    out = t_ns.copy()
-    findings = []
-    for i in restarts:
-        shift = int(out[i - 1]) + usual - int(out[i])
-        out[i:] += shift
-        message = f"the clock went back by {-steps[i - 1] * 1e-9:.3f} s; what follows was moved on"
-        findings.append(Finding("clock", message, topic=topic))
-    return out, findings
+    shifts = shifts_after(t_ns, restarts, usual)
+    moved = np.repeat(shifts, np.diff([*restarts, len(t_ns)]))
+    late = t_ns[restarts[0] :]
+    out = np.concatenate([t_ns[: restarts[0]], np.minimum(late, LATEST_NS - moved) + moved])
+    return out, restart_findings(steps[restarts - 1], topic)
 
 
-def stays_back(t_ns: NDArray[np.int64], i: int, look: int = 16) -> bool:
-    """Whether most of the next few records are still behind the record before ``i``."""
-    return bool(np.median(t_ns[i : i + look]) < t_ns[i - 1])
+def staying_back(t_ns: NDArray[np.int64], back: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those steps back after which most of the next few records are still behind the record before."""
+    if not len(back):
+        return back
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(t_ns, (0, LOOK - 1), mode="edge"), LOOK)
+    return np.asarray(back[np.median(windows[back], axis=1) < t_ns[back - 1]])
+
+
+def shifts_after(t_ns: NDArray[np.int64], restarts: NDArray[np.int64], usual: int) -> NDArray[np.int64]:
+    """By how much each stretch that starts with a restart must be moved on."""
+    jumps = (int(t_ns[i - 1]) + usual - int(t_ns[i]) for i in restarts)
+    total, shifts = 0, []
+    for jump in jumps:
+        total = min(total + jump, LATEST_NS)
+        shifts.append(total)
+    return np.array(shifts, dtype=np.int64)
+
+
+def restart_findings(steps: NDArray[np.int64], topic: str | None) -> list[Finding]:
+    """One finding per restart, and one for the rest if there are very many."""
+    findings = [
+        Finding(
+            "clock", f"the clock went back by {-int(s) * 1e-9:.3f} s; what follows was moved on", topic=topic
+        )
+        for s in steps[:MOST_RESTARTS]
+    ]
+    if len(rest := steps[MOST_RESTARTS:]):
+        findings.append(Finding("clock", f"{len(rest)} more restarts", topic=topic, count=len(rest)))
+    return findings
+
+
+def believable(t_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Clip times to where sums and differences of two still fit; good times are far inside."""
+    if len(t_ns) and (int(t_ns.min()) < EARLIEST_NS or int(t_ns.max()) > LATEST_NS):
+        return np.clip(t_ns, EARLIEST_NS, LATEST_NS)
+    return t_ns
 
 
 def mended(
@@ -124,7 +160,9 @@ def uneasy(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 def in_order(topic: str, table: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
     """Give the table with its index sorted (stable), and a finding where it was not."""
-    t = table.index.to_numpy()
+    t = table.index.to_numpy(dtype=np.int64)
+    if (clipped := believable(t)) is not t:
+        table, t = table.set_axis(clipped, axis=0), clipped
     late = int((np.diff(t) < 0).sum())
     if not late:
         return table, []

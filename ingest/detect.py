@@ -161,7 +161,7 @@ def graded(rule: Rule, rows: pd.DataFrame, span: int) -> float | None:
     if count < 2:
         return None
     t = rows.index.to_numpy()[good]
-    covered = int(t[-1] - t[0])
+    covered = int(t[-1]) - int(t[0])
     rate = 1e9 * (count - 1) / max(covered, 1)
     return rule.rank + 3.0 * covered / max(span, 1) + 3.0 * count / len(rows) + min(rate, 100.0) * 0.03
 

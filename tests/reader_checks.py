@@ -81,7 +81,7 @@ def check_counts(log: Log, size: int) -> None:
             assert 0 <= finding.offset <= size, finding
             assert finding.offset + (finding.length or 0) <= size, finding
         if finding.kind in ("damaged", "truncated"):
-            assert finding.offset is not None, finding
+            assert finding.offset is not None or finding.length is None, finding
             damaged += finding.length or 0
     assert damaged <= size
     if log.bytes_damaged:
