@@ -460,10 +460,9 @@ def test_the_page_says_what_was_found_and_what_was_wrong(page):
 
 def test_of_two_candidates_of_one_name_only_the_better_was_taken(results):
     first = results.diagnosis.rounds[0]
-    twins = tuple(
-        replace(first.candidates[0], input=i, evidence=e) for i, e in (("left", 10.0), ("right", 20.0))
-    )
-    found = replace(results.diagnosis, rounds=(replace(first, candidates=twins * 10),))
+    names = [("left", 10.0), ("right", 20.0), *((None, float(-k)) for k in range(18))]
+    tried = tuple(replace(first.candidates[0], input=name, evidence=gain) for name, gain in names)
+    found = replace(results.diagnosis, rounds=(replace(first, candidates=tried),))
     page = report_page(replace(results, diagnosis=found))
     assert page.count("✓ taken") == 1
     assert "current of right ✓ taken" in page

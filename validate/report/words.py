@@ -20,8 +20,7 @@ def number(value: float | None, digits: int = 3) -> str:
     if value == 0:
         return "0"
     if 1e-4 <= abs(value) < 1e5:
-        power = int(f"{value:.{digits - 1}e}".split("e")[1])
-        decimals = max(0, digits - 1 - power)
+        decimals = max(0, digits - 1 - int(f"{value:.{digits - 1}e}".split("e")[1]))
         return f"{value:.{decimals}f}".replace("-", "−")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa}·10{superscript(int(power))}".replace("-", "−")
