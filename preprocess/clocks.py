@@ -26,7 +26,7 @@ from preprocess.weak_form import weak_form
 #: Offsets are searched for up to this, s.
 LONGEST = 1.5
 #: Reported beyond this many standard errors, and this many seconds.
-STANDARD_ERRORS = 5.0
+STANDARD_ERRORS = 4.0
 LEAST = 0.03
 #: A stretch must turn this much in all, rad, to tell an offset of position or inputs; a worse estimate is not given.
 LEAST_TURN = 1.5

@@ -28,11 +28,10 @@ class Tuning:
 
 
 @njit(cache=True)
-def _step(x, p, dt, q):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Second-order step of the state, first-order transition of its covariance."""
+def _transition(x, dt, f):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Move the state on by ``dt`` (second order) and set its Jacobian (first order)."""
     c, s = np.cos(x[2] + 0.5 * dt * x[5]), np.sin(x[2] + 0.5 * dt * x[5])
     u, v = x[3] + 0.5 * dt * x[6], x[4] + 0.5 * dt * x[7]
-    f = np.eye(9)
     f[0, 2], f[1, 2] = dt * (-u * s - v * c), dt * (u * c - v * s)
     f[0, 3], f[0, 4], f[1, 3], f[1, 4] = dt * c, -dt * s, dt * s, dt * c
     f[2, 5], f[3, 6], f[4, 7], f[5, 8] = dt, dt, dt, dt
@@ -42,32 +41,48 @@ def _step(x, p, dt, q):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     x[2] += dt * x[5] + 0.5 * dt * dt * x[8]
     for k in range(3):
         x[3 + k] += dt * x[6 + k]
-    p[:] = f @ p @ f.T
+
+
+@njit(cache=True)
+def _step(x, p, dt, q, f, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    _transition(x, dt, f)
+    for i in range(9):
+        for j in range(9):
+            work[i, j] = 0.0
+            for k in range(9):
+                work[i, j] += f[i, k] * p[k, j]
+    for i in range(9):
+        for j in range(9):
+            p[i, j] = 0.0
+            for k in range(9):
+                p[i, j] += work[i, k] * f[j, k]
     for k in range(3):
-        p[3 + k, 3 + k] += q[k] * dt**3 / 3.0
-        p[3 + k, 6 + k] += q[k] * dt**2 / 2.0
-        p[6 + k, 3 + k] += q[k] * dt**2 / 2.0
+        p[3 + k, 3 + k] += q[k] * dt * dt * dt / 3.0
+        p[3 + k, 6 + k] += q[k] * dt * dt / 2.0
+        p[6 + k, 3 + k] += q[k] * dt * dt / 2.0
         p[6 + k, 6 + k] += q[k] * dt
 
 
 @njit(cache=True)
-def _take(x, p, k, value, variance):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    gain = p[:, k] / (p[k, k] + variance)
-    row = p[k].copy()
-    x += gain * (value - x[k])
+def _take(x, p, k, value, variance, gain, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    s, e = p[k, k] + variance, value - x[k]
     for i in range(9):
+        gain[i], row[i] = p[i, k] / s, p[k, i]
+    for i in range(9):
+        x[i] += gain[i] * e
         for j in range(9):
             p[i, j] -= gain[i] * row[j]
 
 
 @njit(cache=True)
 def _filter(t, which, value, variance, q, x, p, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    f, work, gain, row = np.eye(9), np.zeros((9, 9)), np.zeros(9), np.zeros(9)
     for i in range(len(t)):
         if i > 0 and t[i] > t[i - 1]:
-            _step(x, p, t[i] - t[i - 1], q)
-        if which[i] >= 0:
-            _take(x, p, which[i], value[i], variance[i])
-        out[i] = x
+            _step(x, p, t[i] - t[i - 1], q, f, work)
+        _take(x, p, which[i], value[i], variance[i], gain, row)
+        for j in range(9):
+            out[i, j] = x[j]
 
 
 def filter_motion(

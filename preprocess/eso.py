@@ -27,12 +27,11 @@ class Observer:
 @njit(cache=True)
 def _decay(w, h, e):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """exp((A - L D) h) in closed form: e^(-ωh) (I + N h + N² h²/2), N = A - L D + ω I, N³ = 0."""
-    n = np.array([[-2.0 * w, 1.0, 0.0], [-3.0 * w * w, w, 1.0], [-w * w * w, 0.0, w]])
-    n2 = n @ n
-    f = np.exp(-w * h)
-    for i in range(3):
-        for j in range(3):
-            e[i, j] = f * ((1.0 if i == j else 0.0) + h * n[i, j] + 0.5 * h * h * n2[i, j])
+    x, f = w * h, np.exp(-w * h)
+    a = 0.5 * x * x
+    e[0, 0], e[0, 1], e[0, 2] = f * (1.0 - 2.0 * x + a), f * (h - w * h * h / 2.0), f * 0.5 * h * h
+    e[1, 0], e[1, 1], e[1, 2] = f * w * (2.0 * a - 3.0 * x), f * (1.0 + x - 2.0 * a), f * (h + w * h * h)
+    e[2, 0], e[2, 1], e[2, 2] = f * w * w * (a - x), -f * w * a, f * (1.0 + x + a)
 
 
 @njit(cache=True)
@@ -163,26 +162,34 @@ def _second_order(t, y, w, out):  # type: ignore[no-untyped-def]  # noqa: ANN001
             out[i, k] = b
 
 
-def tune(t: FloatArray, y: FloatArray, sigma: float, bounds: tuple[float, float] = (0.05, 50.0)) -> Observer:
-    """Choose the bandwidth by the noise: the smallest at which what the observer leaves over is not more than noise.
+def prediction_error(observer: Observer, t: FloatArray, y: FloatArray) -> float:
+    """Mean square of each sample less what the observer's state at the one before foretells of it."""
+    state, h = observe(observer, t, y)[:-1], np.diff(t)
+    foretold = state[:, 0] + h * state[:, 1] + 0.5 * h * h * state[:, 2]
+    return float(np.mean((y[1:] - foretold) ** 2))
+
+
+def tune(t: FloatArray, y: FloatArray, bounds: tuple[float, float] = (0.05, 50.0)) -> Observer:
+    """Choose the bandwidth that foretells the next sample best: motion is followed, noise is not.
 
     Parameters
     ----------
     t : (n,) s
     y : (n,)
-    sigma : float
-        Standard deviation of the white noise of ``y``.
     bounds : (low, high) rad/s
 
     Notes
     -----
-    With the bandwidth too small the residual ``y - x̂₁`` holds the motion; its power falls to σ² as the motion is
-    followed. Bisection on the logarithm.
+    A grid of 25 over the logarithm, then a golden section about the best of them.
     """
-    low, high = np.log(bounds[0]), np.log(bounds[1])
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        left = y - observe(Observer(float(np.exp(middle))), t, y)[:, 0]
-        excess = float(np.sqrt(np.mean(left**2))) - sigma
-        low, high = (middle, high) if excess > 0.0 else (low, middle)
-    return Observer(float(np.exp(high)))
+    from scipy.optimize import minimize_scalar
+
+    def error(log_bandwidth: float) -> float:
+        return prediction_error(Observer(float(np.exp(log_bandwidth))), t, y)
+
+    grid = np.linspace(np.log(bounds[0]), np.log(bounds[1]), 25)
+    k = int(np.clip(np.argmin([error(float(g)) for g in grid]), 1, 23))
+    best = minimize_scalar(
+        error, bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"xatol": 1e-2}
+    )
+    return Observer(float(np.exp(best.x)))

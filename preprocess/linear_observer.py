@@ -9,6 +9,17 @@ from preprocess.trial import FloatArray
 
 
 @njit(cache=True)
+def _product(a, b, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    n = a.shape[0]
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += a[i, k] * b[k, j]
+            out[i, j] = total
+
+
+@njit(cache=True)
 def _exponential(a):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Matrix exponential by scaling, a Taylor series of order 12, and squaring."""
     n = a.shape[0]
@@ -23,12 +34,14 @@ def _exponential(a):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
         size *= 0.5
         halvings += 1
     scaled = a / 2.0**halvings
-    out, term = np.eye(n), np.eye(n)
+    out, term, work = np.eye(n), np.eye(n), np.zeros((n, n))
     for k in range(1, 13):
-        term = term @ scaled / k
+        _product(term, scaled, work)
+        term = work / k
         out = out + term
     for _ in range(halvings):
-        out = out @ out
+        _product(out, out, work)
+        out = work.copy()
     return out
 
 

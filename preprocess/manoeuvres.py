@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,6 +14,8 @@ from preprocess.trial import FloatArray, Measurement, Trial
 #: Below this Froude number a vessel is idle.
 IDLE_FROUDE = 0.02
 GRAVITY = 9.81
+#: Share of its speed below which a vessel has stopped.
+STOPPED = 0.35
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ def classify_stretch(states: pd.DataFrame, inputs: Mapping[str, Measurement], le
     idle = s.speed < IDLE_FROUDE * np.sqrt(GRAVITY * length)
     edges = np.flatnonzero(np.diff(idle.astype(int))) + 1
     bounds = np.concatenate([[0], edges, [len(s.t)]])
-    pieces = [(int(a), int(b)) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    pieces = [(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
     step = float(s.t[1] - s.t[0])
     return [_named(_cut(s, a, b), bool(idle[a])) for a, b in _merged(pieces, idle, 10.0 / step)]
 
@@ -127,24 +130,28 @@ def classify(s: _Stretch) -> tuple[str, str]:
     levels = plateaus(s.steer) if s.steer is not None else np.empty(0)
     if turn < np.radians(25.0):
         return _straight(s)
+    if _speed_left(s) < STOPPED and abs(net) < np.radians(270.0):
+        return _straight(s)
     if len(levels) >= 5 and _one_way(levels) and turn > np.radians(180.0):
         return "spiral", f"{len(levels)} levels of the steering"
     if abs(net) > np.radians(270.0) and abs(net) > 0.9 * turn:
         return "circle", f"{np.degrees(net):+.0f}° of heading"
     swings = reversals(s.psi, np.radians(4.0))
-    if len(swings) >= 2 and not _large_turns(swings) and _alternates(levels):
+    if len(swings) >= 2 and not _large_turns(s.psi, swings) and _alternates(levels):
         return "zigzag", _zigzag_angles(s)
-    both = _large_turns(swings)
+    both = _large_turns(s.psi, swings)
     return ("circle", "to both sides") if both else ("random", "")
 
 
+def _speed_left(s: _Stretch) -> float:
+    """Speed at the end as a share of that at the start."""
+    eighth = len(s.speed) // 8 + 1
+    return float(np.median(s.speed[-eighth:]) / max(np.median(s.speed[:eighth]), 1e-6))
+
+
 def _straight(s: _Stretch) -> tuple[str, str]:
-    first, last = (
-        float(np.median(s.speed[: len(s.speed) // 8 + 1])),
-        float(np.median(s.speed[-len(s.speed) // 8 :])),
-    )
-    if last < 0.35 * first:
-        return "stopping", f"from {first:.2f} to {last:.2f} m/s"
+    if _speed_left(s) < STOPPED:
+        return "stopping", f"from {s.speed[0]:.2f} to {s.speed[-1]:.2f} m/s"
     varied = s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6)
     return ("speed", "") if varied else ("straight", "")
 
@@ -183,16 +190,18 @@ def reversals(psi: FloatArray, least: float) -> FloatArray:
     for x in psi:
         low, high = min(low, x), max(high, x)
         if rising >= 0 and high - x > least:
-            out.append(high)
+            out += [high] * rising
             rising, low, high = -1, x, x
         elif rising <= 0 and x - low > least:
-            out.append(low)
+            out += [low] * -rising
             rising, low, high = 1, x, x
     return np.array(out)
 
 
-def _large_turns(swings: FloatArray) -> bool:
-    return bool(len(swings) >= 1 and np.abs(np.diff(swings)).max(initial=0.0) > 1.5 * np.pi)
+def _large_turns(psi: FloatArray, swings: FloatArray) -> bool:
+    """Whether it turned by more than 270 degrees between two reversals, the ends counted as such."""
+    ends = np.concatenate([psi[:1], swings, psi[-1:]])
+    return bool(np.abs(np.diff(ends)).max() > 1.5 * np.pi)
 
 
 def _zigzag_angles(s: _Stretch) -> str:

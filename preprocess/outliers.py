@@ -35,16 +35,16 @@ def robust_three_sigma(x: FloatArray, k: float = 3.0) -> BoolArray:
 
 
 @njit(cache=True)
-def _solve(a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Value at zero of the weighted quadratic with normal matrix ``a`` (moments) and right side ``b``."""
-    m00, m01, m02, m11, m12, m22 = a[0], a[1], a[2], a[2], a[3], a[4]
-    c00 = m11 * m22 - m12 * m12
-    c01 = m02 * m12 - m01 * m22
-    c02 = m01 * m12 - m02 * m11
+def _solve(a, b, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Coefficients of the weighted quadratic with moments ``a`` (5,) and right side ``b`` (3,), by Cramer's rule."""
+    ridge = 1e-9 * (a[0] + a[4])
+    m00, m01, m02, m11, m12, m22 = a[0] + ridge, a[1], a[2], a[2] + ridge, a[3], a[4] + ridge
+    c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
+    c11, c12, c22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
     det = m00 * c00 + m01 * c01 + m02 * c02
-    if abs(det) < 1e-12 * abs(m00 * m11 * m22) or det == 0.0:
-        return b[0] / m00 if m00 > 0.0 else np.nan
-    return (c00 * b[0] + c01 * b[1] + c02 * b[2]) / det
+    c[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / det
+    c[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / det
+    c[2] = (c02 * b[0] + c12 * b[1] + c22 * b[2]) / det
 
 
 @njit(cache=True)
@@ -64,7 +64,7 @@ def _weighted(z, y, w, a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, A
 def _local_fit(t, x, half, rounds, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Residual of each sample from a robust local quadratic through its neighbours (itself left out)."""
     n = len(t)
-    a, b = np.zeros(5), np.zeros(3)
+    a, b, c3 = np.zeros(5), np.zeros(3), np.zeros(3)
     for i in range(n):
         low, high = max(0, i - half), min(n, i + half + 1)
         z, y, w = np.empty(high - low - 1), np.empty(high - low - 1), np.ones(high - low - 1)
@@ -79,8 +79,9 @@ def _local_fit(t, x, half, rounds, out):  # type: ignore[no-untyped-def]  # noqa
         fit = y - centre
         for round_ in range(rounds):
             _weighted(z, y - centre, w, a, b)
-            value = _solve(a, b)
-            _residuals(z, y - centre, w, a, b, fit)
+            _solve(a, b, c3)
+            for j in range(len(z)):
+                fit[j] = y[j] - centre - c3[0] - c3[1] * z[j] - c3[2] * z[j] * z[j]
             s = 1.4826 * np.median(np.abs(fit)) + 1e-12
             for j in range(len(z)):
                 q = fit[j] / (4.0 * s)
@@ -88,18 +89,7 @@ def _local_fit(t, x, half, rounds, out):  # type: ignore[no-untyped-def]  # noqa
                     w[j] = 1.0 / max(abs(fit[j]) / s, 0.5)
                 else:
                     w[j] = (1.0 - q * q) ** 2 if abs(q) < 1.0 else 1e-6
-        out[i] = x[i] - centre - value
-
-
-@njit(cache=True)
-def _residuals(z, y, w, a, b, fit):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Residuals of the neighbours from their own weighted quadratic."""
-    m = np.array([[a[0], a[1], a[2]], [a[1], a[2], a[3]], [a[2], a[3], a[4]]])
-    for j in range(3):
-        m[j, j] += 1e-9 * (a[0] + a[4])
-    c = np.linalg.solve(m, b)
-    for j in range(len(z)):
-        fit[j] = y[j] - c[0] - c[1] * z[j] - c[2] * z[j] * z[j]
+        out[i] = x[i] - centre - c3[0]
 
 
 def local_residual(t: FloatArray, x: FloatArray, half: int = HALF_WINDOW, rounds: int = 4) -> FloatArray:

@@ -1,0 +1,69 @@
+"""Clocks, manoeuvres and excitation: what the motion itself tells."""
+
+import numpy as np
+import pytest
+from preprocess_samples import Imperfect, sampled, truth_of
+
+from preprocess.excitation import excitation
+from preprocess.manoeuvres import find_manoeuvres, plateaus, reversals
+from preprocess.run_of_log import LoggedRun
+from preprocess.trials import make_trials
+
+
+def trial_of(vessel, manoeuvre, delays=None, seed=1, duration=150.0):
+    delays = delays or {}
+    rates = {"position": (5.0, 0.02), "heading": (10.0, 0.01), "yaw_rate": (20.0, 0.003)}
+    sensors = {k: Imperfect(*v, delay=delays.get(k, 0.0)) for k, v in rates.items()}
+    made = sampled(truth_of(vessel, manoeuvre, duration, seed), seed, **sensors)
+    (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
+    return trial
+
+
+def offsets(trial):
+    (step,) = [s for s in trial.history if s.action == "clock_offsets"]
+    return {k: (v[1], v[2]) for k, v in step.arguments.items()}
+
+
+@pytest.mark.parametrize("delay", [-0.15, 0.1, 0.4])
+def test_yaw_rate_clock(delay):
+    trial = trial_of("usv", "zigzag", {"yaw_rate": delay} if delay > 0 else {"position": -delay, "heading": -delay})
+    offset, _ = offsets(trial)["yaw_rate"]
+    assert offset == pytest.approx(delay, abs=0.02)
+    assert any("yaw_rate" in f and "stamps" in f for f in trial.findings)
+
+
+def test_position_clock():
+    trial = trial_of("catamaran", "random", {"position": 0.3})
+    assert offsets(trial)["position"][0] == pytest.approx(0.3, abs=0.08)
+    assert any(f.startswith("The stamps of position") for f in trial.findings)
+
+
+@pytest.mark.parametrize(("vessel", "manoeuvre"), [("usv", "zigzag"), ("catamaran", "random"), ("tanker", "zigzag")])
+def test_right_clocks_are_left_alone(vessel, manoeuvre):
+    trial = trial_of(vessel, manoeuvre)
+    assert not [f for f in trial.findings if "stamps" in f]
+
+
+@pytest.mark.parametrize(
+    ("vessel", "manoeuvre"),
+    [("usv", "zigzag"), ("tanker", "zigzag"), ("usv", "circle"), ("usv", "straight"), ("usv", "idle")],
+)
+def test_manoeuvres_are_recognised(vessel, manoeuvre):
+    trial = trial_of(vessel, manoeuvre)
+    assert trial.manoeuvre == manoeuvre, find_manoeuvres(trial)
+
+
+def test_reversals_and_plateaus():
+    psi = np.interp(np.arange(100), [0, 20, 50, 80, 99], [0.0, 0.4, -0.4, 0.4, 0.0])
+    np.testing.assert_allclose(reversals(psi, 0.1), [0.4, -0.4, 0.4])
+    np.testing.assert_allclose(plateaus(np.repeat([0.0, 0.3, -0.3], 30)), [0.0, 0.3, -0.3])
+
+
+def test_excitation_says_what_was_not_varied():
+    straight, rich = trial_of("usv", "straight"), trial_of("usv", "random")
+    poor, good = excitation([straight]), excitation([straight, rich])
+    assert any("Less than half of the compass" in s for s in poor.sentences)
+    assert good.headings > poor.headings
+    assert good.regressions[1].condition < poor.regressions[1].condition
+    assert good.ranges["r"][1] > poor.ranges["r"][1]
+    assert max(good.coherence.values()) > 0.3
