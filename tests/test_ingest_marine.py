@@ -135,6 +135,14 @@ def test_transducers_have_a_column_each():
     assert table["C"].tolist()[0] == 19.5
 
 
+def test_a_magnetic_heading_with_its_own_variation():
+    raw = b"".join([*drive(2), *(nmea(f"HCHDG,{h},1.5,E,12.0,W") for h in (5.0, 200.0))])
+    stream = decode_stream(raw)
+    assert stream.tables["HDG"]["headingT"].tolist() == [354.5, 189.5]
+    found = [s for s in sources_of(stream.tables) if s.topic == "HDG"]
+    assert [bool(s.options.get("magnetic")) for s in found] == [False, True]
+
+
 def test_vectornav():
     body = "VNYMR,-123.45,+1.2,-0.3,+1.0,-0.4,+0.5,-00.1,+00.2,-09.8,+0.001,-0.002,+0.0305"
     raw = b"".join(drive(2)) + nmea(body) * 3

@@ -252,6 +252,34 @@ def test_junk_raises_nothing_but_value_error(junk):
 SMALL = recording(12)
 
 
+def test_a_garbled_definition():
+    raw = recording(12, compression=CompressionType.NONE)
+    standard = decode(raw.replace(b"float64 longitude", b"float64 #\x01ngitude"))
+    assert len(standard.tables["/gps/fix"]) == 12
+    assert any("garbled" in f.message for f in standard.findings)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_damage_raises_nothing_but_value_error(seed):
+    rng = random.Random(seed)
+    raw = bytearray(SMALL if seed % 2 else without_chunks(SMALL))
+    for _ in range(rng.choice([1, 5, 25])):
+        at = rng.randrange(8, len(raw) - 20)
+        choice = rng.randrange(4)
+        if choice == 0:
+            raw[at] = rng.randrange(256)
+        elif choice == 1:
+            raw[at:at] = rng.randbytes(9)
+        elif choice == 2:
+            del raw[at : at + 9]
+        else:
+            raw[at : at + 8] = b"\xff" * 8
+    try:
+        assert decode(bytes(raw)).messages
+    except ValueError as error:
+        assert "no message" in str(error)
+
+
 def test_json():
     file = io.BytesIO()
     writer = Writer(file)

@@ -47,6 +47,7 @@ RULES: tuple[Rule, ...] = (
           "accuracy_scale": 0.0174532925199433}),
     Rule("heading", "NAV2?-ATT", {"value": "heading"}, "deg", 50),
     Rule("heading", "VHW", {"value": "hdgT"}, "deg", 40),
+    Rule("heading", "HDG", {"value": "headingT"}, "deg", 38),
     Rule("heading", "HDG", {"value": "headingM"}, "deg", 35, {"magnetic": True}),
     Rule("heading", "HDM", {"value": "headingM"}, "deg", 30, {"magnetic": True}),
     Rule("heading", "VN(YMR|YPR|YBA|YIA)", {"value": "yaw"}, "deg", 40, {"magnetic": True}),

@@ -227,6 +227,8 @@ def _finished(topic: str, rows: Rows) -> Rows:
     if topic == "MWV" and "reference" in table:
         table["relative"] = (table["reference"] == "R").to_numpy(bool)
         table["relative_good"] = table["relative"] * table.get("good", 1.0)
+    if topic == "HDG":
+        table = _true_heading(table)
     if topic == "RSA":
         table = _judged_sides(table)
     if topic == "RPM" and {"source", "engineshaftnum"} <= set(table.columns):
@@ -245,6 +247,16 @@ def _good(table: pd.DataFrame) -> NDArray[np.float64] | None:
     if "posMode" in table:
         good &= ~table["posMode"].isin(["N", "E", "S", "M"]).to_numpy(bool)
     return np.asarray(good, float)
+
+
+def _true_heading(table: pd.DataFrame) -> pd.DataFrame:
+    """Add ``headingT``: the magnetic heading with the deviation and variation that the sentence states."""
+    if not {"variation", "variationEW", "deviation", "deviationEW"} <= set(table.columns):
+        return table
+    west = {c: (table[f"{c}EW"] == "W").to_numpy(bool) for c in ("deviation", "variation")}
+    east = {c: np.where(w, -1.0, 1.0) * table[c].to_numpy(float) for c, w in west.items()}
+    heading = table["headingM"].to_numpy(float) + np.nan_to_num(east["deviation"]) + east["variation"]
+    return table.assign(headingT=np.mod(heading, 360.0))
 
 
 def _judged_sides(table: pd.DataFrame) -> pd.DataFrame:

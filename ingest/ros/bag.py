@@ -41,7 +41,7 @@ def channels_of(connection: sqlite3.Connection) -> dict[int, Channel]:
         texts = {name: (encoding, str(text).encode()) for name, encoding, text in rows}
     topics = connection.execute("SELECT id, name, type, serialization_format FROM topics")
     return {
-        number: Channel(name, encoding, kind, *texts.get(kind, ("ros2msg", b"")))
+        number: Channel(str(name), str(encoding), str(kind), *texts.get(kind, ("ros2msg", b"")))
         for number, name, kind, encoding in topics
     }
 
@@ -53,6 +53,9 @@ def batches(connection: sqlite3.Connection, contents: Contents) -> Iterator[Batc
     size = 0
     try:
         for row in rows:
+            if not (isinstance(row[0], int) and isinstance(row[1], int) and isinstance(row[2], bytes)):
+                contents.findings.append(Finding("damaged", "a row of the table of messages is garbled"))
+                continue
             held.append(row)
             size += len(row[2])
             if size > BATCH:

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ingest.log import Finding
-from ingest.ros.program import MOST_ELEMENTS, Definitions, UnknownType
+from ingest.ros.program import MOST_ELEMENTS, BadDefinition, Definitions
 from ingest.ros.records import Channel
 
 Bytes = NDArray[np.uint8]
@@ -38,7 +38,7 @@ def decode(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Dec
         return None
     try:
         return decoder(channel, data, start, end)
-    except UnknownType as error:
+    except BadDefinition as error:
         none = np.zeros(len(start), bool)
         text = f"cannot be decoded: {error}"
         return Decoded(
@@ -50,10 +50,14 @@ def _cdr(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Decod
     from ingest.ros.cdr import array_lengths, decode_cdr
 
     name = full_name(channel.schema)
-    types = definitions(name, channel.schema_encoding, channel.definition)
+    types, garbled = definitions(name, channel.schema_encoding, channel.definition)
     lengths = array_lengths(data, start, end, types, name)
     columns = decode_cdr(data, start, end, types, name, lengths)
     findings = [_broken(channel, int((~columns.good).sum()))] if not columns.good.all() else []
+    if garbled:
+        findings.append(
+            Finding("note", "its definition is garbled; that of ROS 2 is used", topic=channel.topic)
+        )
     if columns.left_out:
         text = f"arrays of more than {MOST_ELEMENTS} elements are left out: {', '.join(columns.left_out)}"
         findings.append(Finding("note", text, topic=channel.topic))
@@ -72,19 +76,24 @@ def full_name(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=64)
-def definitions(name: str, encoding: str, text: bytes) -> Definitions:
-    """Definitions of a type and all that it needs: from the file, or else those of ROS 2 itself."""
-    from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+def definitions(name: str, encoding: str, text: bytes) -> tuple[Definitions, bool]:
+    """Definitions of a type and all that it needs, and whether the file's own are garbled.
+
+    Those of ROS 2 itself stand in for what the file lacks.
+    """
+    from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
 
     standard: Definitions = get_typestore(Stores.ROS2_HUMBLE).fielddefs
     if not text.strip():
-        return standard
+        return standard, False
     try:
         if encoding == "ros2idl":
-            return {**standard, **get_types_from_idl(text.decode())}
-        return {**standard, **get_types_from_msg(text.decode(), name)}
-    except (ValueError, UnicodeDecodeError, KeyError) as error:
-        raise UnknownType(name) from error
+            return {**standard, **get_types_from_idl(text.decode())}, False
+        return {**standard, **get_types_from_msg(text.decode(), name)}, False
+    except (TypesysError, ValueError, KeyError, IndexError, AssertionError) as error:
+        if name not in standard:
+            raise BadDefinition(f"the definition of '{name}' is garbled") from error
+        return standard, True
 
 
 def with_yaw(table: pd.DataFrame) -> pd.DataFrame:
@@ -95,8 +104,9 @@ def with_yaw(table: pd.DataFrame) -> pd.DataFrame:
     for path in [c[:-2] for c in table.columns if c.endswith("orientation.w") or c.endswith("quaternion.w")]:
         if all(f"{path}.{a}" in table for a in "xyz"):
             x, y, z, w = (table[f"{path}.{a}"].to_numpy(float) for a in "xyzw")
-            yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-            none = x * x + y * y + z * z + w * w < 0.5
+            with np.errstate(all="ignore"):
+                yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+                none = x * x + y * y + z * z + w * w < 0.5
             table[f"{path.rpartition('.')[0]}.yaw".lstrip(".")] = np.where(none, np.nan, yaw)
     return table
 

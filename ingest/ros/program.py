@@ -28,11 +28,18 @@ SIZES = np.array([4, 8, 1, 1, 2, 2, 4, 4, 8, 8], np.int64)
 #: Arrays with at most so many elements become columns; longer ones (images, point clouds) are left out.
 MOST_ELEMENTS = 128
 
+#: A definition that goes deeper, or has more scalars, is garbled.
+DEEPEST, MOST_STEPS = 32, 20_000
+
 #: Definitions as rosbags parses them: type name to (constants, fields).
 Definitions = Mapping[str, tuple[Any, Any]]
 
 
-class UnknownType(ValueError):
+class BadDefinition(ValueError):
+    """A message definition that cannot be used."""
+
+
+class UnknownType(BadDefinition):
     """A message type whose definition is not in the file."""
 
     def __init__(self, name: str) -> None:
@@ -110,6 +117,8 @@ def _message(
 ) -> None:
     if name not in definitions:
         raise UnknownType(name)
+    if prefix.count(".") > DEEPEST or len(program.steps) > MOST_STEPS:
+        raise BadDefinition(f"the definition of '{name}' is endless")
     members = definitions[name][1]
     if not members:
         program.steps.append((SCALAR, U1, -1, 0, 0))
@@ -146,6 +155,8 @@ def _base(program: Program, name: str, path: str, inside: object) -> None:
         slot = _slot(program.texts, path, inside) if name == "string" else -1
         program.steps.append((step, 0, slot, 0, 0))
         return
+    if name not in TYPES:
+        raise UnknownType(name)
     code, _ = TYPES[name]
     real = code in (F4, F8) or inside is not None
     slot = _slot(program.floats if real else program.integers, path, inside)
