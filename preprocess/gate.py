@@ -20,6 +20,8 @@ from preprocess.trial import BoolArray, FloatArray
 #: Share of good samples that may be set aside.
 FALSE_ALARMS = 1e-3
 PASSES = 8
+#: Share of samples whose verdict may still change when the passes end.
+NEGLIGIBLE = 2e-4
 #: Samples on each side that an outlier can spoil.
 REACH = 3
 
@@ -65,9 +67,10 @@ def gate(
         size = size / local_scale(size, assembled)
         worst = size >= _most_around(size, assembled, aside)
         new = np.where(aside, size > limit, (size > limit) & worst)
-        if (new == aside).all():
-            break
+        settled = int((new != aside).sum()) <= NEGLIGIBLE * len(aside)
         aside = new
+        if settled:
+            break
     return tuple(_with_good(s, k, assembled, aside) for k, s in enumerate(streams))
 
 

@@ -116,7 +116,9 @@ def local_residual(t: FloatArray, x: FloatArray, half: int = HALF_WINDOW, rounds
     return out
 
 
-def sliding_three_sigma(t: FloatArray, x: FloatArray, k: float = 3.0, half: int = HALF_WINDOW) -> BoolArray:
+def sliding_three_sigma(
+    t: FloatArray, x: FloatArray, k: float = 3.0, half: int = HALF_WINDOW, rounds: int = 4
+) -> BoolArray:
     """Mark outliers by the robust 3σ principle on the residual from a robust local fit.
 
     Parameters
@@ -125,8 +127,8 @@ def sliding_three_sigma(t: FloatArray, x: FloatArray, k: float = 3.0, half: int 
     x : (n,) or (n, m)
         A signal with a trend; an outlier in one component condemns the sample.
     k : float
-    half : int
-        Neighbours on each side.
+    half, rounds : int
+        As in :func:`local_residual`.
 
     Notes
     -----
@@ -135,7 +137,7 @@ def sliding_three_sigma(t: FloatArray, x: FloatArray, k: float = 3.0, half: int 
     """
     flags = np.zeros(len(t), dtype=bool)
     for column in np.reshape(x, (len(t), -1)).T:
-        residual = local_residual(t, column, half)
+        residual = local_residual(t, column, half, rounds)
         flags |= np.abs(residual) > k * spread(residual)
     return flags
 

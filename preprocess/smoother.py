@@ -27,6 +27,8 @@ from preprocess.trial import FloatArray, Measurement
 ROUNDS = 4
 #: Multiple of the local spread beyond which a sample is not even used for the first estimate.
 GROSS = 6.0
+#: Share of samples whose verdict may still change when the rounds end.
+NEGLIGIBLE = 5e-4
 #: Share of the noise that a sensor shows alone which it keeps at least.
 OWN_SHARE = 0.5
 COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
@@ -115,14 +117,14 @@ def clean_and_level(
         levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
         if k < 2:
             drive = commanded_drive(streams, segments, inputs, levels, prior) or drive
-        if k > 0 and drive is None and streams[0].value.shape[1] == 1:
+        if k == 1 and drive is None and streams[0].value.shape[1] == 1:
             drive = find_drive(streams, assemble(streams, segments, nothing), levels, prior)
         if k < 2:
             levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
         cleaned = gate(streams, segments, levels, prior, drive)
-        same = all((a.good == b.good).all() for a, b in zip(cleaned, streams, strict=True))
+        changed = sum(int((a.good != b.good).sum()) for a, b in zip(cleaned, streams, strict=True))
         streams = cleaned
-        if same and k > 1:
+        if k > 0 and changed <= NEGLIGIBLE * sum(len(s.t) for s in streams):
             break
     given = np.array([np.isfinite(s.sigma) for s in streams])
     return streams, replace(levels, sigma=np.where(given, levels.sigma, levels.sigma / cut)), prior, drive
@@ -132,7 +134,7 @@ def without_jumps(stream: Stream) -> Stream:
     """Set the grossest outliers aside before anything is estimated; they are tried again later."""
     jumps = np.zeros(len(stream.t), dtype=bool)
     use = np.flatnonzero(stream.good)
-    jumps[use] = sliding_three_sigma(stream.t[use], stream.value[use], k=GROSS)
+    jumps[use] = sliding_three_sigma(stream.t[use], stream.value[use], k=GROSS, rounds=2)
     return replace(stream, good=stream.good & ~jumps)
 
 
