@@ -18,7 +18,7 @@ HEADER, FILE_HEADER = 3, 16
 RECORD = np.dtype([("start", "i8"), ("size", "u2"), ("kind", "u1"), ("identity", "u2")])
 #: Largest body that is believed, by type of message; 0 for what is no type.
 LIMITS = {
-    "B": 256, "F": 16_384, "I": 8_192, "M": 65_535, "P": 512, "Q": 512, "A": 512, "R": 2, "L": 2_048,
+    "B": 256, "F": 4_096, "I": 4_096, "M": 4_096, "P": 512, "Q": 512, "A": 512, "R": 2, "L": 2_048,
     "C": 2_048,
     "S": 8, "O": 2, "D": 65_535,
 }  # fmt: skip
@@ -110,10 +110,10 @@ def scan_block(
         total = total_at(b, p, limits, least, most)
         if total > 0:
             followed = p + total == n or total_at(b, p + total, limits, least, most) != 0
-            if not followed:
+            if not followed or b[p + 2] != DATA:  # only the size of data is known beforehand
                 stop = min(p + total, p + LOOK_INSIDE)
                 inside = chain_inside(b, p + 1, stop, limits, least, most)
-                if inside >= 0 or not (sure or b[p + 2] == DATA):
+                if inside >= 0 or not (sure or followed or b[p + 2] == DATA):
                     total = 0
         if total <= 0:
             p += 1
