@@ -517,10 +517,10 @@ def test_ulog_text_messages_swallow_no_data():
     """Junk that looks like a long text message, followed by what looks like another."""
     body = b"".join(ulog_body())
     fake = struct.pack("<HB", 3_000, ord("I")) + b"junk"
-    end = len(body) // 2 + 3 + 3_000 - len(fake)
     data = body[: len(body) // 2]
     whole = ulog_head() + body
     cut = next(k for k in range(len(data), 0, -1) if log_of(ULOG, ulog_head() + data[:k]).bytes_damaged == 0)
+    end = cut + 3 + 3_000 - len(fake)
     spoilt = body[:cut] + fake + body[cut:end] + struct.pack("<HB", 20, ord("I")) + body[end:]
     good, log = log_of(ULOG, whole), log_of(ULOG, ulog_head() + spoilt)
     assert good.messages - 2 <= log.messages <= good.messages + 1
