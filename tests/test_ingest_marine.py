@@ -172,6 +172,18 @@ def test_sentences_faster_than_the_epochs_are_spread_over_them():
     np.testing.assert_allclose(table["headingT"], (table.index - UTC_0) / SECOND, atol=1e-9)
 
 
+def test_a_compass_that_runs_before_the_first_fix_and_after_the_last():
+    lone = [nmea(f"HEHDT,{i},T") for i in range(100)]
+    table = decode_stream(b"".join([*lone, *drive(50), *lone])).tables["HDT"]
+    table = table[table["talker"] == "HE"]
+    assert np.diff(table.index[:100]).max() < SECOND
+    drive_ns = [s for s in drive(50) if b"HDT" not in s]
+    with_own = [x for s in drive_ns for x in ([s, lone[0]] if b"GGA" in s else [s])]
+    index = decode_stream(b"".join([*lone, *with_own, *lone])).tables["HDT"].index.to_numpy()
+    np.testing.assert_allclose(np.diff(index)[1:-1], SECOND / 5, rtol=0.03)
+    assert (np.diff(index) >= 0).all()
+
+
 @pytest.mark.parametrize("with_date", [True, False])
 def test_midnight(with_date):
     lines = [s for i in range(100) for s in epoch(86400 - 10 + i / 5)]

@@ -21,6 +21,8 @@ Flags = NDArray[np.bool_]
 
 SECOND = 1_000_000_000
 DAY, WEEK = 86_400 * SECOND, 7 * 86_400 * SECOND
+#: Dates before 2000 are those of receivers that do not know the date yet.
+DAY_OF_2000 = 10_957
 UNKNOWN = np.iinfo(np.int64).min
 
 
@@ -123,7 +125,7 @@ def stated_times(
 def with_dates(of_day: Integers, day: Integers) -> Integers:
     """Continuous time from times of day and the dates that some records state (−1 elsewhere)."""
     running = np.cumsum(np.rint(-np.diff(of_day, prepend=of_day[:1]) / DAY).astype(np.int64))
-    dated = day >= 0
+    dated = day >= DAY_OF_2000
     if not dated.any():
         return of_day + running * DAY
     base = pd.Series(np.where(dated, day - running, 0).astype(float)).where(dated)
@@ -193,9 +195,22 @@ def spread(stated: Integers, kinds: Integers) -> Integers:
     steps = np.diff(times)
     usual = int(np.median(steps)) if len(steps) else SECOND
     epoch = np.searchsorted(leader, np.arange(len(stated)), side="right") - 1
-    begins = np.concatenate(([times[0] - usual], times))
-    lasts = np.concatenate(([usual], steps, [usual]))
     group = pd.DataFrame({"epoch": epoch, "kind": kinds}).groupby(["epoch", "kind"], sort=False)["epoch"]
     rank, size = group.cumcount().to_numpy(np.int64), group.transform("size").to_numpy(np.int64)
+    last = len(times) - 1
+    inner = (rank == 0) & (epoch >= 0) & (epoch < last)
+    before, after = (usual * _epochs_in(epoch == e, inner, kinds, size) for e in (-1, last))
+    begins = np.concatenate(([times[0] - before], times))
+    lasts = np.concatenate(([before], steps, [after]))
     shared = begins[epoch + 1] + lasts[epoch + 1] * rank // size
     return np.where(stated == UNKNOWN, shared, stated)
+
+
+def _epochs_in(chosen: Flags, inner: Flags, kinds: Integers, size: Integers) -> int:
+    """How many epochs the chosen records span, by how many of their kind there are in the ``inner`` ones."""
+    longest = 1
+    for kind in np.unique(kinds[chosen]):
+        mine = kinds == kind
+        usual = float(np.median(size[mine & inner])) if (mine & inner).any() else np.inf
+        longest = max(longest, round(float(size[mine & chosen].max()) / usual))
+    return longest
