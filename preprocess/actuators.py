@@ -17,7 +17,7 @@ _FORCES = ("thruster", "tunnel")
 
 
 def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
-    """Samples of one input in physical values, and the conversion in words.
+    """Return samples of one input in physical values, and the conversion in words.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def _samples(log: Log, declared: Input) -> tuple[Source, FloatArray, FloatArray]
             unit,
             declared.source,
         )
-    return source, numbers(rows, column), rows.index.to_numpy(dtype=np.int64) * 1e-9
+    return source, numbers(rows, column), np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float)
 
 
 def _joined(topic: str, field: str) -> str:
@@ -73,7 +73,7 @@ def _label(signal: str, topic: str) -> str:
 
 
 def _standard(log: Log, declared: Input) -> Source:
-    """The detected source of this kind (and device)."""
+    """Return the detected source of this kind (and device)."""
     key = f"inputs.{declared.name}.signal"
     sensor = Sensor(declared.kind, source=declared.source)
     found = choose_source(log, declared.kind, sensor) if declared.kind in ("rudder", "propeller") else None
@@ -98,7 +98,7 @@ def _physical(log: Log, declared: Input, stated: str, values: FloatArray) -> tup
 
 
 def _usable_unit(kind: str, stated: str) -> str | None:
-    """The unit that the log states, where it is one of this kind of input."""
+    """Return the unit that the log states, where it is one of this kind of input."""
     allowed = {
         "rudder": ("rad", "deg"),
         "azimuth": ("rad", "deg"),
@@ -113,7 +113,7 @@ def _usable_unit(kind: str, stated: str) -> str | None:
 
 
 def _guess(kind: str, values: FloatArray) -> str | None:
-    """A unit from the size of the values, where none is stated."""
+    """Return a unit from the size of the values, where none is stated."""
     most = float(np.nanmax(np.abs(values), initial=0.0))
     if kind in _ANGLES:
         return "rad" if most <= 1.6 else "deg" if most <= 200.0 else None

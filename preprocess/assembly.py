@@ -94,7 +94,7 @@ def with_outliers(j: Judged, chains: tuple[ChainResult, ...]) -> Judged:
 
 
 def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
-    """The samples between the bounds."""
+    """Return the samples between the bounds."""
     keep = (raw.t >= bounds[0]) & (raw.t <= bounds[1])
     return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep])
 
@@ -128,7 +128,7 @@ def track_streams(judged: Mapping[str, Judged], heading: ChainResult, vessel: Ve
 
 
 def measurement(j: Judged, sigma: float) -> Measurement:
-    """The samples as the trial keeps them."""
+    """Return the samples as the trial keeps them."""
     t = j.raw.t
     step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     return Measurement(j.raw.quantity, t, j.raw.value, sigma, j.good, j.raw.source.name, j.reasons, step)

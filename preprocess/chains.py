@@ -121,5 +121,5 @@ def _fresh(t: FloatArray, segments: Segments) -> BoolArray:
 
 
 def variances(stream: IntArray, sigma: FloatArray) -> FloatArray:
-    """Variance of each row from the standard deviation of its stream (1 for blank rows, where it is not used)."""
+    """Variance of each row from the standard deviation of its stream (1 for blank rows)."""
     return np.asarray(np.append(sigma, 1.0)[stream] ** 2, float)

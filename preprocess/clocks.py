@@ -1,10 +1,10 @@
-"""Offsets between the clocks of a log, from the motion itself: reported with their uncertainty, never removed.
+"""Offsets between the clocks of a log, from the motion itself: reported, never removed.
 
-An offset is stamp less true time. Between heading and yaw rate it is found by the likelihood of the heading chain
-with the yaw rate's stamps moved. Position and heading share no kinematic equation, and neither do inputs and motion:
-there the offset is found beside a linear model of the response (sway to yaw; yaw to the inputs) in the weak form,
-and cannot be told from an actuator's delay or from what that model lacks. Whether it is a fault of the log is for
-the diagnosis.
+An offset is stamp less true time. Between heading and yaw rate it is found by the likelihood of the
+heading chain with the yaw rate's stamps moved. Position and heading share no kinematic equation, and
+neither do inputs and motion: there the offset is found beside a linear model of the response (sway to
+yaw; yaw to the inputs) in the weak form, and cannot be told from an actuator's delay or from what that
+model lacks. Whether it is a fault of the log is for the diagnosis.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ LONGEST = 1.5
 #: Reported beyond this many standard errors, and this many seconds.
 STANDARD_ERRORS = 4.0
 LEAST = 0.03
-#: A stretch must turn this much in all, rad, to tell an offset of position or inputs; a worse estimate is not given.
+#: A stretch must turn this much in all, rad, to tell an offset; one that is less sure than this is not given.
 LEAST_TURN = 1.5
 WORST = 0.4
 #: An offset that rests on a model must explain this much: else it may make up for what the model lacks.
 LEAST_GAIN = 1.5
-#: What the simple models of the response leave out, as a share of the response time: added to the uncertainty.
+#: What the simple models of the response leave out, as a share of the response time.
 MODEL_SHARE = 0.015
 
 
@@ -63,11 +63,9 @@ class ClockOffset:
         return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST) and self.gain > LEAST_GAIN
 
     def __str__(self) -> str:
+        amount = f"{abs(self.offset):.3f} ± {self.stderr:.3f}"
         late = "later" if self.offset > 0 else "earlier"
-        return (
-            f"The stamps of {self.stream} are {abs(self.offset):.3f} ± {self.stderr:.3f} s {late} than those of "
-            f"{self.against} say."
-        )
+        return f"The stamps of {self.stream} are {amount} s {late} than those of {self.against} say."
 
 
 def parabola_minimum(tau: FloatArray, value: FloatArray) -> tuple[float, float]:
@@ -83,7 +81,7 @@ def parabola_minimum(tau: FloatArray, value: FloatArray) -> tuple[float, float]:
 
 
 def search(objective: Callable[[float], float], longest: float = LONGEST) -> tuple[float, float]:
-    """Minimum of a function of an offset: a coarse grid, then finer ones about the lowest; (place, curvature)."""
+    """Minimum of a function of an offset, on finer and finer grids; (place, curvature)."""
     centre, width, curvature = 0.0, longest, 0.0
     for _ in range(3):
         tau = np.linspace(centre - width, centre + width, 13)
@@ -177,12 +175,12 @@ def response_time(states: pd.DataFrame) -> float:
 def position_offset(
     states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement]
 ) -> ClockOffset | None:
-    """Offset of the position's stamps against the heading's, beside a response of sway to yaw and the inputs."""
+    """Offset of the position's stamps against the heading's, beside a model of the sway."""
     moving = _moving(inputs)
     grids = _grids(states, segments, response_time(states))
 
     def build(g: _Grid, tau: float) -> tuple[FloatArray, FloatArray]:
-        # velocities stamped t are those of t - tau: turn them by the heading of that time, on the true time scale
+        # velocities stamped t are those of t - tau: turn them by the heading of that time
         psi = g.columns["psi"]
         c, s = np.cos(psi), np.sin(psi)
         north, east = g.columns["u"] * c - g.columns["v"] * s, g.columns["u"] * s + g.columns["v"] * c
@@ -238,7 +236,7 @@ def _forces(logged: list[FloatArray], u: FloatArray) -> list[FloatArray]:
 
 
 def _at(m: Measurement, t: FloatArray) -> FloatArray:
-    """The logged input at any times: held, or straight between samples."""
+    """Return the logged input at any times: held, or straight between samples."""
     if not m.held:
         return np.interp(t, m.t, m.value)
     return np.asarray(m.value[np.clip(np.searchsorted(m.t, t, side="right") - 1, 0, len(m.t) - 1)], float)

@@ -1,8 +1,8 @@
 """How hard the inputs drive the vessel, over time: when they change, accelerations jump.
 
-The logged inputs say when to expect more of the motion, not what: only the process intensity of a chain follows
-them, as ``1 + B Σ (Δ/range)² e^(-(t - t_k)/τ)`` over the changes before. B and τ are chosen by likelihood; B = 0,
-an even intensity, where the inputs explain nothing.
+The logged inputs say when to expect more of the motion, not what: only the process intensity of a chain
+follows them, as ``1 + B Σ (Δ/range)² e^(-(t - t_k)/τ)`` over the changes before. B and τ are chosen by
+likelihood; B = 0, an even intensity, where the inputs explain nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _decaying_sum(t, jump, tau, out):  # type: ignore[no-untyped-def]  # noqa: A
 
 
 def changes(inputs: Mapping[str, Measurement]) -> tuple[FloatArray, FloatArray]:
-    """Times of the inputs' samples (n,) s, and the squared change at each as a share of the range, summed."""
+    """Return the inputs' sample times (n,) s, and the squared change at each, in shares of the range."""
     moving = [m for m in inputs.values() if len(m.t) > 2 and np.ptp(m.value) > 0.0]
     if not moving:
         return np.empty(0), np.empty(0)
@@ -49,7 +49,7 @@ def changes(inputs: Mapping[str, Measurement]) -> tuple[FloatArray, FloatArray]:
 
 
 def profile(t: FloatArray, jump: FloatArray, boost: float, tau: float) -> Drive:
-    """The drive for given B and τ."""
+    """Return the drive for given B and τ."""
     total = np.empty(len(t))
     _decaying_sum(t, jump, tau, total)
     return Drive(t, np.log1p(boost * total))
@@ -117,7 +117,7 @@ def fitted_cost(rows: Rows, q: float, prior: FloatArray) -> float:
 
 
 def fitted_intensity(rows: Rows, q: float, prior: FloatArray) -> float:
-    """The process intensity of the greatest likelihood near ``q``, by golden section on its logarithm."""
+    """Return the process intensity of the greatest likelihood near ``q``, by golden section."""
     ratio = 0.5 * (np.sqrt(5.0) - 1.0)
     low, high = np.log(q) - 9.0, np.log(q) + 9.0
     a, b = high - ratio * (high - low), low + ratio * (high - low)

@@ -27,8 +27,8 @@ def judge_input(raw: Raw) -> Measurement:
     Returns
     -------
     Measurement
-        ``held`` for a command; its noise is then 0. Spikes are set aside only where the values are measured: a
-        thruster got what was sent.
+        ``held`` for a command; its noise is then 0. Spikes are set aside only where the values are
+        measured: a thruster got what was sent.
     """
     step = float(np.median(np.diff(raw.t))) if len(raw.t) > 1 else 0.0
     held = holds(raw.value)
@@ -53,7 +53,7 @@ def holds(value: FloatArray) -> bool:
 
 
 def feedback_noise(value: FloatArray) -> float:
-    """Standard deviation of the white noise of feedback: from its third differences, by their median.
+    """Return standard deviation of the white noise of feedback: from its third differences, by their median.
 
     The median passes over the moments at which the actuator starts and stops; rounding is the least.
     """
@@ -61,7 +61,7 @@ def feedback_noise(value: FloatArray) -> float:
         return 0.0
     third = np.diff(value, n=3)
     noise = MAD_TO_SIGMA * float(np.median(np.abs(third))) / np.sqrt(20.0)
-    return max(noise, resolution(value) / np.sqrt(12.0))
+    return float(max(noise, resolution(value) / np.sqrt(12.0)))
 
 
 def spikes(value: FloatArray, sigma: float) -> BoolArray:

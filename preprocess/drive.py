@@ -1,9 +1,10 @@
-"""How hard the vessel is driven, over time: the process intensity of a chain, adapted to its own disturbances.
+"""How hard the vessel is driven, over time: the intensity of a chain, adapted to its disturbances.
 
-A vessel that steps its rudder now and then is not driven evenly. The smoothed disturbances (the auxiliary residuals
-of Harvey and Koopman 1992) tell where more or less happened than the even intensity says: over a sliding window as
-long as the smoother's own memory, their squared length is compared with its expectation, as in MacKay's (1992)
-re-estimation of a variance, with a prior that holds to the even intensity where the data say little.
+A vessel that steps its rudder now and then is not driven evenly. The smoothed disturbances (the auxiliary
+residuals of Harvey and Koopman 1992) tell where more or less happened than the even intensity says: over
+a sliding window as long as the smoother's own memory, their squared length is compared with its
+expectation: the slope of the likelihood in the intensity there. A Gaussian prior on the logarithm of the
+factor holds to the even intensity where the data say little.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from preprocess.kalman import Rows, smooth
 from preprocess.levels import Levels
 from preprocess.trial import FloatArray
 
-#: Effective observations that speak for the even intensity.
-PRIOR_COUNT = 1.0
+#: Prior standard deviation of the logarithm of the factor.
+PRIOR_SPREAD = 1.0
 ITERATIONS = 5
 LIMIT = float(np.log(1e3))
 #: Half window as a multiple of the smoother's memory.
 MEMORIES = 3.0
 #: Then once more over this many sample intervals, for single steps of the actuators.
 FAST = 1.5
-FAST_COUNT = 2.0
+FAST_SPREAD = 2.0
 #: With a single stream, shorter memories (in sample intervals) leave nothing to adapt to.
 LEAST_MEMORY = 1.3
 
@@ -75,8 +76,8 @@ def find_drive(
         return None
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
     base = np.log(rows.scale)
-    slow = _adapt(rows, levels, prior, base, base, MEMORIES * span, PRIOR_COUNT)
-    return Drive(rows.t, _adapt(rows, levels, prior, slow, slow, FAST * step, FAST_COUNT))
+    slow = _adapt(rows, levels, prior, base, base, MEMORIES * span, PRIOR_SPREAD)
+    return Drive(rows.t, _adapt(rows, levels, prior, slow, slow, FAST * step, FAST_SPREAD))
 
 
 def _adapt(
@@ -86,13 +87,13 @@ def _adapt(
     log_scale: FloatArray,
     towards: FloatArray,
     half: float,
-    count: float,
+    spread: float,
 ) -> FloatArray:
-    """Re-estimate the intensity over a window, held to ``towards`` by ``count`` effective observations."""
+    """Re-estimate the intensity over a window, held to ``towards`` within ``spread`` (standard deviation)."""
     for _ in range(ITERATIONS):
         out = smooth(replace(rows, scale=np.exp(log_scale)), levels.q, prior)
         found, expected = window_sum(rows.t, out.drive, half), window_sum(rows.t, out.drive_expected, half)
-        slope = 0.5 * (found - expected) - (log_scale - towards) / count**2
-        step = slope / (0.5 * np.maximum(found, expected) + 1.0 / count**2)
+        slope = 0.5 * (found - expected) - (log_scale - towards) / spread**2
+        step = slope / (0.5 * np.maximum(found, expected) + 1.0 / spread**2)
         log_scale = np.clip(log_scale + np.clip(step, -2.0, 2.0), -LIMIT, LIMIT)
     return log_scale

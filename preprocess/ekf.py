@@ -1,8 +1,8 @@
-"""An extended Kalman filter for position, heading and body velocities: the papers' comparator to the observers.
+"""An extended Kalman filter for position, heading and body velocities: the papers' comparator.
 
-State (x, y, ψ, u, v, r, u̇, v̇, ṙ): the kinematics turn the body velocities into the earth frame, the accelerations
-wander (white third derivatives in the body frame). It filters forwards only, as in Zhu et al. (2022); the default
-smoother uses later samples too and has no linearisation.
+State (x, y, ψ, u, v, r, u̇, v̇, ṙ): the kinematics turn the body velocities into the earth frame, the
+accelerations wander (white third derivatives in the body frame). It filters forwards only, as in Zhu et
+al. (2022); the default smoother uses later samples too and has no linearisation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from preprocess.trial import FloatArray
 
 @dataclass(frozen=True)
 class Tuning:
-    """Process intensities of surge, sway (m²/s⁵) and yaw (rad²/s⁵), and standard deviations of the sensors (SI)."""
+    """Process intensities of surge, sway (m²/s⁵) and yaw (rad²/s⁵); the sensors' noise (SI)."""
 
     surge: float
     sway: float

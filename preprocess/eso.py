@@ -1,10 +1,10 @@
-"""The third-order linear extended state observer (Xie et al. 2020, eqs. 16-21), at uneven times, and its filter.
+"""The third-order linear ESO (Xie et al. 2020, eqs. 16-21) at uneven times, and its filter.
 
-Per channel ``ẋ̂ = A x̂ + L (y - x̂₁)`` with A the chain of integrators and L = (3ω, 3ω², ω³): all three poles lie
-at -ω. Between samples the observer is discretised exactly with the measurement running straight from one sample to
-the next, so uneven and missing samples are no matter. The second state is the derivative of the signal seen through
-a low-pass; any regressor must be seen through the same low-pass (:func:`filter_like`), or the regression is biased
-by the lag between its two sides.
+Per channel ``ẋ̂ = A x̂ + L (y - x̂₁)`` with A the chain of integrators and L = (3ω, 3ω², ω³): all three
+poles lie at -ω. Between samples the observer is discretised exactly with the measurement running straight
+from one sample to the next, so uneven and missing samples are no matter. The second state is the
+derivative of the signal seen through a low-pass; any regressor must be seen through the same low-pass
+(:func:`filter_like`), or the regression is biased by the lag between its two sides.
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ def _decay(w, h, e):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 @njit(cache=True)
 def _inputs(w, h, e, b0, b1):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Weights of the two samples at the ends of an interval on the state, the signal being straight between them.
+    """Weights on the state of the two samples at the ends of an interval, the signal straight between.
 
-    For a straight signal y(0) + s τ the observer's stationary answer is (y, s, 0): the state relative to it decays.
+    For a straight signal y(0) + s τ the observer's stationary answer is (y, s, 0): the state relative to
+    it decays.
     """
     for i in range(3):
         ramp = (1.0 if i == 1 else 0.0) - e[i, 1]
@@ -87,7 +88,8 @@ def observe(observer: Observer, t: FloatArray, y: FloatArray, start: FloatArray 
     Returns
     -------
     (n, 3) or (n, 3, m)
-        Estimates of the signal, its derivative (the equivalent disturbance d_E of eq. 16) and its second derivative.
+        Estimates of the signal, its derivative (the equivalent disturbance d_E of eq. 16) and its second
+        derivative.
     """
     columns = _as_columns(y)
     first = np.zeros((3, columns.shape[1]))
@@ -119,7 +121,7 @@ def _low_pass(t, y, w, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, AN
 
 
 def filter_like(observer: Observer, t: FloatArray, signals: FloatArray) -> FloatArray:
-    """See signals through the low-pass that lies between a channel's true derivative and the observer's estimate.
+    """See signals through the low-pass between a true derivative and the observer's estimate.
 
     The observer's second state is ``3ω²s² + ω³s`` over ``(s+ω)³`` of the signal: the transfer from the true
     derivative is ``ω²(3s + ω)/(s+ω)³``. The same is applied here to every column.

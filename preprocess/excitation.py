@@ -77,7 +77,9 @@ def _grid(trial: Trial) -> dict[str, FloatArray]:
     states = trial.states.dropna(subset=["u", "r", "psi"])
     if len(states) > 10:
         states = states.iloc[:: max(1, int(0.2 * len(states) / max(np.ptp(states["t"]), 0.2)))]
-    out = {k: states[k].to_numpy() for k in ("t", "u", "v", "r", "psi", "du", "dr")}
+    out: dict[str, FloatArray] = {
+        k: states[k].to_numpy(dtype=float) for k in ("t", "u", "v", "r", "psi", "du", "dr")
+    }
     for name, m in trial.inputs.items():
         out[name] = np.interp(out["t"], m.t, m.value) if len(m.t) else np.zeros(len(states))
     return out
@@ -177,10 +179,10 @@ def _sentences(
     for x in regressions:
         if x.rank < len(x.terms):
             out.append(
-                f"Equation {x.equation}: {len(x.terms) - x.rank} of {len(x.terms)} terms are combinations of others."
+                f"Equation {x.equation}: {len(x.terms) - x.rank} of {len(x.terms)} terms are combinations."
             )
         elif x.condition > COLLINEAR:
             out.append(
-                f"Equation {x.equation}: some terms are nearly combinations of others (condition {x.condition:.0f})."
+                f"Equation {x.equation}: some terms are nearly collinear (condition {x.condition:.0f})."
             )
     return out

@@ -16,7 +16,7 @@ from preprocess.trial import Measurement
 def manoeuvres_of(
     states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement], length: float
 ) -> list[Found]:
-    """The manoeuvres of all stretches, in order."""
+    """Return the manoeuvres of all stretches, in order."""
     out: list[Found] = []
     for low, high in segments:
         part = states[(states["t"] >= low) & (states["t"] <= high)]
@@ -25,7 +25,7 @@ def manoeuvres_of(
 
 
 def longest_kind(found: Sequence[Found]) -> str | None:
-    """The kind that takes most of the time under way; "idle" where all is; None where nothing was found."""
+    """Return the kind that takes most of the time under way; "idle" where all is; None if nothing is."""
     total: dict[str, float] = {}
     for f in found:
         total[f.kind] = total.get(f.kind, 0.0) + f.end - f.start

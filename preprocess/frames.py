@@ -42,7 +42,7 @@ def flu_rate_to_yaw_rate(rate: FloatArray) -> FloatArray:
 
 def flu_to_body(velocity: FloatArray) -> FloatArray:
     """REP-103 body velocity (forward, left) to (forward, starboard), (n, 2) m/s."""
-    return velocity * np.array([1.0, -1.0])
+    return np.asarray(velocity * np.array([1.0, -1.0]), float)
 
 
 def course_to_north_east(speed: FloatArray, course: FloatArray) -> FloatArray:
@@ -62,19 +62,19 @@ def earth_to_body(vector: FloatArray, psi: FloatArray) -> FloatArray:
 
 
 def lever_position(arm: tuple[float, float], psi: FloatArray) -> FloatArray:
-    """Where a point fixed to the hull at ``arm`` (m forward, starboard) lies from the origin: (n, 2) m north, east."""
-    return body_to_earth(np.broadcast_to(np.asarray(arm, float), (len(psi), 2)), psi)
+    """Where a point of the hull at ``arm`` (m forward, starboard) lies from the origin: (n, 2) m NE."""
+    return body_to_earth(np.tile(np.asarray(arm, float), (len(psi), 1)), psi)
 
 
 def lever_velocity(arm: tuple[float, float], psi: FloatArray, r: FloatArray) -> FloatArray:
-    """What a point at ``arm`` moves faster than the origin, by the yaw rate ``r``: (n, 2) m/s north, east."""
+    """Return what a point at ``arm`` moves faster than the origin, by the yaw rate: (n, 2) m/s NE."""
     turned = np.column_stack([-arm[1] * r, arm[0] * r])
     return body_to_earth(turned, psi)
 
 
 def wind_to_air_velocity(speed: FloatArray, direction_from: FloatArray) -> FloatArray:
-    """Wind speed (m/s) and the direction it comes from (rad) to the velocity of the air (blows to), (n, 2) m/s."""
-    return -course_to_north_east(speed, direction_from)
+    """Wind speed (m/s) and direction from (rad) to the velocity of the air (blows to), (n, 2) m/s."""
+    return np.asarray(-course_to_north_east(speed, direction_from), float)
 
 
 def unwrap(angle: FloatArray) -> FloatArray:

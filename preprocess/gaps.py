@@ -21,7 +21,7 @@ LEAST_SECONDS = 4.0
 
 
 def bridge(t: FloatArray, position: FloatArray, length: float) -> float:
-    """The longest gap to bridge, s: the time in which the vessel moves by its own length, and at least ``ALWAYS``.
+    """Return the longest gap to bridge, s: the time to move by its own length, at least ``ALWAYS``.
 
     Parameters
     ----------

@@ -1,9 +1,10 @@
 """Outliers of a chain: each sample against what all other samples of all sensors say of it.
 
-The deletion residual (de Jong and Penzer 1998) is the difference between a sample and the smoother run without it;
-its variance is known exactly, including that of the motion between samples, so the rule holds at any rate and in
-hard manoeuvres. Only the worst of neighbours is set aside in one pass, as an outlier also spoils the residuals
-around it; samples that were set aside are tried again against the cleaned motion.
+The deletion residual (de Jong and Penzer 1998) is the difference between a sample and the smoother run
+without it; its variance is known exactly, including that of the motion between samples, so the rule holds
+at any rate and in hard manoeuvres. Only the worst of neighbours is set aside in one pass, as an outlier
+also spoils the residuals around it; samples that were set aside are tried again against the cleaned
+motion.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def threshold(components: int) -> float:
 
 
 def truncation(components: int) -> float:
-    """What is left of a standard deviation when the tails beyond the threshold are cut off."""
+    """Return what is left of a standard deviation when the tails beyond the threshold are cut off."""
     from scipy.stats import chi2
 
     limit = threshold(components) ** 2
@@ -48,7 +49,7 @@ def gate(
     prior: FloatArray,
     drive: Drive | None = None,
 ) -> tuple[Stream, ...]:
-    """The streams with outliers set aside.
+    """Return the streams with outliers set aside.
 
     Parameters
     ----------
@@ -100,7 +101,8 @@ def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior:
 def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> FloatArray:
     """How much larger residuals are than they should be around each sample (1 at least), by stream; (n,).
 
-    A manoeuvre that is harder than the rest of the log makes all residuals larger for a while: none is an outlier.
+    A manoeuvre that is harder than the rest of the log makes all residuals larger for a while: none is an
+    outlier.
     """
     from scipy.ndimage import median_filter
     from scipy.stats import chi2

@@ -56,10 +56,10 @@ def robust_unwrap(angle: FloatArray) -> FloatArray:
 
 
 def repeated(value: FloatArray, quantum: float) -> BoolArray:
-    """Samples that only repeat the one before although the quantity moved on; (n,) bool.
+    """Return samples that only repeat the one before although the quantity moved on; (n,) bool.
 
-    A value that stays for several samples and then jumps by more than two steps of its resolution was not measured
-    anew; one that stays because nothing moves was.
+    A value that stays for several samples and then jumps by more than two steps of its resolution was not
+    measured anew; one that stays because nothing moves was.
     """
     n = len(value)
     flat = value.reshape(n, -1)
@@ -74,4 +74,4 @@ def repeated(value: FloatArray, quantum: float) -> BoolArray:
     run = np.cumsum(~same) - 1
     jump = np.abs(np.diff(flat[first], axis=0)).max(axis=1)
     around = np.maximum(np.r_[0.0, jump], np.r_[jump, 0.0])
-    return same & (around[run] > 2.5 * quantum)
+    return np.asarray(same & (around[run] > 2.5 * quantum), bool)

@@ -1,9 +1,10 @@
 """Kalman filter and fixed-interval smoother of one chain (position, rate, acceleration) at uneven times.
 
-The chain is an integrated Wiener process: its third derivative is white noise of intensity ``q``. Between two rows
-it is discretised exactly (Bar-Shalom, Li and Kirubarajan 2001, eq. 6.2.3-7), so nothing is resampled and samples
-may be missing. The smoother is that of Bryson and Frazier in the form of de Jong (1989), which needs no inverse and
-gives the deletion residuals (de Jong and Penzer 1998) on the way. Cost is linear in the number of rows.
+The chain is an integrated Wiener process: its third derivative is white noise of intensity ``q``. Between
+two rows it is discretised exactly (Bar-Shalom, Li and Kirubarajan 2001, eq. 6.2.3-7), so nothing is
+resampled and samples may be missing. The smoother is that of Bryson and Frazier in the form of de Jong
+(1989), which needs no inverse and gives the deletion residuals (de Jong and Penzer 1998) on the way. Cost
+is linear in the number of rows.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ class Rows:
     fresh : (n,) bool
         True where a new stretch begins: the state is forgotten.
     scale : (n,)
-        Factor on the process intensity in the interval before the row: more where the vessel is driven harder.
+        Factor on the process intensity in the interval before the row: more where the vessel is driven
+        harder.
     """
 
     t: FloatArray
@@ -57,8 +59,8 @@ class Smoothed:
     deletion, deletion_variance : (n, m), (n,)
         Sample less the smoother without it, and the variance of that; NaN in blank rows.
     drive, drive_expected : (n,)
-        Squared length of the smoothed disturbance in the interval before the row, in its own metric, and what it
-        should be if the process intensity there is right.
+        Squared length of the smoothed disturbance in the interval before the row, in its own metric, and
+        what it should be if the process intensity there is right.
     """
 
     mean: FloatArray

@@ -1,4 +1,4 @@
-"""Noise levels by maximum likelihood: process intensity and the sensors' standard deviations from the innovations."""
+"""Noise levels by maximum likelihood of the innovations: process intensity and sensors."""
 
 from __future__ import annotations
 

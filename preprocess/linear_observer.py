@@ -1,4 +1,4 @@
-"""Any linear observer at uneven times: discretised exactly for each interval, its inputs straight in between."""
+"""Any linear observer at uneven times, discretised exactly, its inputs straight in between."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
 
 
 def classify_stretch(states: pd.DataFrame, inputs: Mapping[str, Measurement], length: float) -> list[Found]:
-    """The manoeuvres of one unbroken stretch: idle parts of 10 s or more, and what lies between them."""
+    """Return the manoeuvres of one stretch: idle parts of 10 s or more, and what lies between."""
     s = _gridded(states, inputs)
     if s is None:
         return []
@@ -99,7 +99,7 @@ def _gridded(states: pd.DataFrame, inputs: Mapping[str, Measurement]) -> _Stretc
 def _steering(
     values: Mapping[str, FloatArray], inputs: Mapping[str, Measurement], r: FloatArray
 ) -> tuple[FloatArray | None, bool]:
-    """The combination of inputs that goes with the yaw rate, and whether it is one angle."""
+    """Return the combination of inputs that goes with the yaw rate, and whether it is one angle."""
     moving = {k: x for k, x in values.items() if np.ptp(x) > 0.0}
     if not moving:
         return None, False

@@ -1,9 +1,10 @@
-"""The five-state ESO for the second-order Nomoto model (Zhu et al. 2022, eqs. 6-20), with its errors put right.
+"""The five-state ESO for the second-order Nomoto model (Zhu et al. 2022, eqs. 6-20), corrected.
 
-States: heading ψ, yaw rate ψ̇, rudder angle δ, ψ̈ and the lumped right side of ψ⃛. Against the paper: the steering
-gear is δ̇ = (δ_set - δ)/T_m (eq. 3 has the sign of an unstable gear, from which the paper concludes that it needs a
-controller); the artificial "(b - 1) u" of eq. 7 is left out, as the lag of z₅ behind it swamps ψ⃛; l₂ holds λ₂λ₅
-where eq. 20 repeats λ₁λ₅. The four poles of the heading's part lie at -ω, that of the gear at -1/T_m.
+States: heading ψ, yaw rate ψ̇, rudder angle δ, ψ̈ and the lumped right side of ψ⃛. Against the paper: the
+steering gear is δ̇ = (δ_set - δ)/T_m (eq. 3 has the sign of an unstable gear, from which the paper
+concludes that it needs a controller); the artificial "(b - 1) u" of eq. 7 is left out, as the lag of z₅
+behind it swamps ψ⃛; l₂ holds λ₂λ₅ where eq. 20 repeats λ₁λ₅. The four poles of the heading's part lie at
+-ω, that of the gear at -1/T_m.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from preprocess.trial import FloatArray
 
 @dataclass(frozen=True)
 class NomotoObserver:
-    """Bandwidth ω (rad/s), time constant of the steering gear T_m (s), and the free gain l₃ on the rudder (1/s)."""
+    """Bandwidth ω (rad/s), time constant of the gear T_m (s), free gain l₃ on the rudder (1/s)."""
 
     bandwidth: float
     gear: float
@@ -56,7 +57,7 @@ def observe_nomoto(
 def filter_rudder(
     observer: NomotoObserver, t: FloatArray, delta: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The rudder and its rate as the observer would see them: the same low-pass, ω⁴-poles, as on ψ⃛; (n,), (n,).
+    """Return the rudder and its rate seen through the low-pass that is on ψ⃛; (n,), (n,).
 
     ψ⃛ reaches z₅ through ``l₅/∏(s - λ)``; the right side of Nomoto's equation must pass the same filter.
     """

@@ -36,7 +36,7 @@ def robust_three_sigma(x: FloatArray, k: float = 3.0) -> BoolArray:
 
 @njit(cache=True)
 def _solve(a, b, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Coefficients of the weighted quadratic with moments ``a`` (5,) and right side ``b`` (3,), by Cramer's rule."""
+    """Coefficients of the weighted quadratic with moments ``a`` (5,), right side ``b`` (3,)."""
     ridge = 1e-9 * (a[0] + a[4])
     m00, m01, m02, m11, m12, m22 = a[0] + ridge, a[1], a[2], a[2] + ridge, a[3], a[4] + ridge
     c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11

@@ -50,7 +50,7 @@ class Raw:
 
 
 def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) -> Raw:
-    """Samples of a source in SI units.
+    """Return samples of a source in SI units.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) ->
     """
     rows = rows_of(log, source.topic, source.device, f"sensors.{source.quantity}", source.name)
     columns = {k: _field(rows, source.topic, f) for k, f in source.fields.items()}
-    t = rows.index.to_numpy(dtype=np.int64) * 1e-9 - (sensor.latency if sensor else 0.0)
+    t = np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float) - (sensor.latency if sensor else 0.0)
     flagged = ~quality_mask(source.options, rows)
     raw = _CONVERT[source.quantity](Raw(source.quantity, t, np.empty(0), flagged, source), columns, rows)
     return _corrected(raw, sensor, vessel)
@@ -82,7 +82,7 @@ def _scale(values: FloatArray, unit: str) -> FloatArray:
 
 
 def _angle_unit(source: Source, values: FloatArray) -> str:
-    """The stated unit; where none is, degrees if the values cannot be radians of one turn."""
+    """Return the stated unit; where none is, degrees if the values cannot be radians of one turn."""
     if source.unit:
         return source.unit
     return "deg" if np.nanmax(np.abs(values), initial=0.0) > 2.1 * np.pi else "rad"
@@ -172,7 +172,7 @@ def _corrected(raw: Raw, sensor: Sensor | None, vessel: Vessel) -> Raw:
 def strictly_increasing(raw: Raw) -> Raw:
     """Drop rows with no number, and all but the first of rows that share a time."""
     finite = np.isfinite(raw.value) if raw.value.ndim == 1 else np.isfinite(raw.value).all(axis=1)
-    keep = finite.copy()
+    keep = np.array(finite, dtype=bool)
     t = raw.t[finite]
     first = np.ones(len(t), dtype=bool)
     first[1:] = np.diff(np.maximum.accumulate(t)) > 0 if len(t) else False

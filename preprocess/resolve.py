@@ -27,7 +27,7 @@ class Column:
 
 
 def find_column(log: Log, signal: str, key: str) -> Column:
-    """The column that ``TOPIC.FIELD`` (or ``FIELD``, or ``TOPIC.FIELD[2]``) names.
+    """Return the column that ``TOPIC.FIELD`` (or ``FIELD``, or ``TOPIC.FIELD[2]``) names.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def _column_of(table: pd.DataFrame, topic: str, field: str) -> Column | None:
 
 
 def rows_of(log: Log, topic: str, device: int | None, key: str, signal: str) -> pd.DataFrame:
-    """The rows of a topic that one device sent (all, where none is named).
+    """Return the rows of a topic that one device sent (all, where none is named).
 
     Raises
     ------
@@ -83,15 +83,15 @@ def rows_of(log: Log, topic: str, device: int | None, key: str, signal: str) -> 
 
 
 def numbers(rows: pd.DataFrame, column: Column) -> FloatArray:
-    """The column as floats, (n,); what is not a number becomes NaN."""
+    """Return the column as floats, (n,); what is not a number becomes NaN."""
     values = rows[column.field]
     if column.element is not None:
-        values = values.map(lambda v: v[column.element] if len(v) > column.element else np.nan)
+        values = values.str[column.element]
     return np.asarray(pd.to_numeric(values, errors="coerce"), dtype=float)
 
 
 def choose_source(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
-    """The best detected source of a quantity; of the declared device, where one is declared."""
+    """Return the best detected source of a quantity; of the declared device, where one is declared."""
     candidates = [s for s in log.sources if s.quantity == quantity and s.topic in log.tables]
     if sensor is not None and sensor.source is not None:
         candidates = [s for s in candidates if s.device == sensor.source]
@@ -104,7 +104,7 @@ def choose_source(log: Log, quantity: str, sensor: Sensor | None) -> Source | No
 
 
 def declared_source(log: Log, sensor: Sensor) -> Source:
-    """A ``Source`` for signals that the campaign names; what a reader knows of them is taken over.
+    """Return a ``Source`` for signals that the campaign names; what a reader knows of them is taken over.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def source_of(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
 
 
 def require(log: Log, quantity: str, source: Source | None) -> Source:
-    """The source, or the error that says what follows from its absence.
+    """Return the source, or the error that says what follows from its absence.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from preprocess.trial import FloatArray
 
 
 def resolution(value: FloatArray) -> float:
-    """The step to which values were rounded; 0 where none shows.
+    """Return the step to which values were rounded; 0 where none shows.
 
     The smallest change between neighbours, if nearly all changes are whole multiples of it.
     """

@@ -1,4 +1,4 @@
-"""The default smoother: from positions, heading, yaw rate and velocity at their own times to the vessel's motion.
+"""The default smoother: from all sensors at their own times to the vessel's motion.
 
 The heading chain (ψ, r, ṙ) is smoothed first; with it the antenna's lever arm is taken off positions and
 velocities, which makes the chains of north and east linear. Body velocities, accelerations and their standard
@@ -90,15 +90,16 @@ def own_noise(stream: Stream, segments: Segments) -> float:
 
 
 def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
-    """Standard deviations below which the estimates may not go: rounding, and a part of what each shows alone.
+    """Return the least standard deviations: of rounding, and a part of what each sensor shows alone.
 
-    Two sensors that contradict each other slowly (a gyro and a compass) could otherwise be reconciled by following
-    one of them exactly.
+    Two sensors that contradict each other slowly (a gyro and a compass) could otherwise be reconciled by
+    following one of them exactly.
     """
     floors = np.array([s.floor for s in streams])
     if len(streams) == 1:
         return floors
-    return np.maximum(floors, OWN_SHARE * np.array([own_noise(s, segments) for s in streams]))
+    own = np.array([own_noise(s, segments) for s in streams])
+    return np.asarray(np.maximum(floors, OWN_SHARE * own), float)
 
 
 def clean_and_level(
@@ -106,7 +107,8 @@ def clean_and_level(
 ) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
     """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands.
 
-    The drive is adapted for the heading only: for the track it gains nothing (benchmarks/bench_preprocess.py).
+    The drive is adapted for the heading only: for the track it gains nothing
+    (benchmarks/bench_preprocess.py).
     """
     streams = tuple(without_jumps(s) for s in streams)
     levels, prior = first_guess(streams)
@@ -181,7 +183,7 @@ def at_times(assembled: Assembled, smoothed: Smoothed, wanted: FloatArray) -> tu
 
 
 def at_origin(stream: Stream, heading: ChainResult, arm: tuple[float, float]) -> Stream:
-    """Positions or earth velocities of a point at ``arm``, moved to the campaign's origin by the smoothed heading."""
+    """Positions or earth velocities of a point at ``arm``, moved to the campaign's origin."""
     if arm == (0.0, 0.0):
         return stream
     at = np.clip(np.searchsorted(heading.t, stream.t), 0, len(heading.t) - 1)

@@ -1,9 +1,9 @@
 """A trial as a Parquet file and back, equal.
 
-One row per distinct time of any sensor or input. The smoothed states stand in the columns of ``Trial.states``; each
-measurement in columns of its own (``heading_measured``; ``position_measured_0``, ``_1``; ``…_good``; inputs as
-``input_NAME``), empty between its samples; what is not a column (units, uncertainties, history, vessel) is JSON in
-the file's metadata under ``seatrial.trial``.
+One row per distinct time of any sensor or input. The smoothed states stand in the columns of
+``Trial.states``; each measurement in columns of its own (``heading_measured``; ``position_measured_0``,
+``_1``; ``…_good``; inputs as ``input_NAME``), empty between its samples; what is not a column (units,
+uncertainties, history, vessel) is JSON in the file's metadata under ``seatrial.trial``.
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ def make_trials(
 def gather(
     run: LoggedRun, vessel: Vessel, inputs: Sequence[Input], sensors: Mapping[str, Sensor]
 ) -> Gathered:
-    """Samples of every quantity and input that the log has."""
+    """Return samples of every quantity and input that the log has."""
     log, found, steps = run.log, {}, []
     for quantity in (*NEEDED, *HELPFUL):
         sensor = sensors.get(quantity)
@@ -110,7 +110,7 @@ def _take(quantity: str, name: str, unit: str, sensor: Sensor | None, rivals: li
 
 
 def origin_of(gathered: Sequence[Gathered]) -> tuple[float, float] | None:
-    """The first good fix of the first log that has one, degrees; None where positions are in metres."""
+    """Return the first good fix of the first log, degrees; None where positions are in metres."""
     for g in gathered:
         raw = g.sensors["position"]
         good = np.flatnonzero(~raw.flagged)

@@ -1,7 +1,7 @@
 """The weak form: integrals of signals against smooth test functions, which need no derivative at all.
 
-For a test function φ that vanishes at both ends of its window, ``∫ φ ẏ dt = -∫ φ̇ y dt``: an equation of motion
-becomes one linear equation per window, with no differentiated noise (Messenger and Bortz 2021).
+For a test function φ that vanishes at both ends of its window, ``∫ φ ẏ dt = -∫ φ̇ y dt``: an equation of
+motion becomes one linear equation per window, with no differentiated noise (Messenger and Bortz 2021).
 """
 
 from __future__ import annotations
