@@ -93,6 +93,24 @@ def start_by_regression(structure: Structure, p: FloatArray, stretches: Sequence
     return out
 
 
+def regression_misfit(
+    structure: Structure, p: FloatArray, stretches: Sequence[Stretch]
+) -> tuple[float, FloatArray]:
+    """Unexplained share of the accelerations, summed over the equations, and the coefficients that leave it."""
+    p = start_by_regression(structure, p, stretches)
+    design = np.vstack([regressors(structure, p, s) for s in stretches])
+    target = np.vstack([accelerations(s) for s in stretches])
+    total = 0.0
+    for equation in range(3):
+        mine = [
+            (k, s.coefficient) for k, s in enumerate(structure.slots)
+            if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
+        ]  # fmt: skip
+        left = target[:, equation] - sum(design[:, c] * p[k] for k, c in mine)
+        total += float(np.sum(left**2) / np.sum(target[:, equation] ** 2))
+    return total, p
+
+
 def _bounded_ridge(
     design: FloatArray, target: FloatArray, bounds: list[tuple[float, float]], ridge: float
 ) -> FloatArray:

@@ -39,13 +39,13 @@ class Window:
 class Problem:
     """Stretches cut into windows, and how much larger than the sensors' own noise each stream's errors count.
 
-    ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``skip`` marks samples per
-    stretch that are left out.
+    ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``length`` is the length of a window that was asked for, s.
     """
 
     stretches: tuple[Stretch, ...]
     windows: tuple[Window, ...]
     inflation: FloatArray
+    length: float
     workers: int = 2
 
     @cached_property
@@ -84,7 +84,7 @@ class Moments:
 def cut(stretches: Sequence[Stretch], length: float, workers: int = 2) -> Problem:
     """Cut stretches into windows of about ``length`` seconds."""
     windows = [w for k, s in enumerate(stretches) for w in _cut(k, s, length)]
-    return Problem(tuple(stretches), tuple(windows), np.ones(4), workers)
+    return Problem(tuple(stretches), tuple(windows), np.ones(4), length, workers)
 
 
 def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:

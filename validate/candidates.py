@@ -11,7 +11,7 @@ from identify.base_fit import Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.output_error import Prior, prior_for, reduce
-from identify.regression import coefficient_scales, start_by_regression
+from identify.regression import coefficient_scales, regression_misfit
 from identify.structure import Structure
 from identify.windows import first_states, moments, state_precision
 
@@ -54,10 +54,9 @@ def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     """First-order gain of each candidate from the fit of the structure without it, best first."""
     easy = [a for a in actives if smooth(a)]
     found = _screen_at_null(fitted, easy) if easy else []
+    found += _screen_wiring(fitted, [a for a in actives if a.effect.rewire])
     for active in actives:
-        if active.effect.rewire:
-            found.append(_screen_wiring(fitted, active))
-        elif not smooth(active):
+        if not smooth(active) and not active.effect.rewire:
             found.append(max((_screen_at(fitted, active, s) for s in _starts(fitted, active)), key=lambda x: x.gain))
     return sorted(found, key=lambda x: -x.gain)
 
@@ -165,16 +164,14 @@ def _normal_cost(fitted: Fitted) -> float:
     return float(solution.reduced.cost.sum() + np.sum(weight * (solution.p - fitted.prior.mean) ** 2))
 
 
-def _screen_wiring(fitted: Fitted, active: Active) -> Screened:
-    """Another wiring needs other coefficients: those of a regression with it, then one look."""
-    structure, problem = fitted.solution.structure, fitted.problem
-    wide, p, _ = extended(structure, fitted.solution.p, [active])
-    p = start_by_regression(wide, p, problem.stretches)
-    information, score, cost = normal(fitted, wide, p)
-    if not np.isfinite(cost):
-        return Screened(active, p, -np.inf, True)
-    everything = np.arange(len(p))
-    gain, _ = _schur_gain(information, score, everything[:0], everything)
-    return Screened(active, p, _normal_cost(fitted) - cost + gain, True)
-
-
+def _screen_wiring(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    """Wirings under which the regression explains the accelerations better than under the one declared."""
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    declared = regression_misfit(structure, fitted.solution.p, stretches)[0]
+    found = []
+    for active in actives:
+        wide, p, _ = extended(structure, fitted.solution.p, [active])
+        misfit, p = regression_misfit(wide, p, stretches)
+        gain = fitted.problem.rows * float(np.log(declared / misfit)) if misfit < 0.98 * declared else -np.inf
+        found.append(Screened(active, p, gain, True))
+    return found

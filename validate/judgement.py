@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import FAR, Fitted
+from identify.base_fit import FAR, Fitted, fit_from_scratch
 from identify.noise import calibrated
 from identify.output_error import Solution, Stopped, solve
 from identify.predict import free_run
@@ -63,12 +63,21 @@ def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float
             problem, structure, p, first, prior, anchor=anchor, budget=steps, tolerance=tolerance, target=target
         )
 
-    if fitted.chi2_per_dof < 1.5 or screened.from_scratch:
+    if screened.from_scratch:
+        return _from_scratch(fitted, screened)
+    if fitted.chi2_per_dof < 1.5:
         return Fitted(problem, prior, search(screened.p, fitted.solution.first, budget))
     starts = (screened.p, start_by_regression(structure, screened.p, problem.stretches))
     tries = [search(p, fitted.solution.first, 5) for p in starts]
     best = min(tries, key=lambda s: s.total if np.isfinite(s.total) else np.inf)
     return Fitted(problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best)
+
+
+def _from_scratch(fitted: Fitted, screened: Screened) -> Fitted:
+    """Fit anew (what was learned under another wiring is of no use), then under the same weights as the others."""
+    structure = fitted.solution.structure.with_effect(screened.active)
+    anew = fit_from_scratch(structure, fitted.problem.stretches, screened.p, length=fitted.problem.length)
+    return under(fitted.problem, replace(anew, prior=prior_of(structure, screened.p, fitted)), 20)
 
 
 def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:

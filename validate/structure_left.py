@@ -60,8 +60,7 @@ def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None
     if not stretches:
         return None
     scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
-    length = np.median([w.steps for w in fitted.problem.windows]) * stretches[0].h
-    problem = cut(scaled, float(length)).inflated(fitted.problem.inflation)
+    problem = cut(scaled, fitted.problem.length).inflated(fitted.problem.inflation)
     if not problem.windows:
         return None
     tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
