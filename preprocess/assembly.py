@@ -12,7 +12,7 @@ import pandas as pd
 from preprocess import frames
 from preprocess.chains import Segments, Stream
 from preprocess.clocks import clock_offsets
-from preprocess.commands import judge_input
+from preprocess.commands import feedback_noise, judge_input
 from preprocess.findings import longest_kind, manoeuvres_of, said
 from preprocess.gaps import find_segments
 from preprocess.judge import Judged, judge
@@ -56,11 +56,11 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)
-    measurements = {k: measurement(j, sigma.get(k, float("nan"))) for k, j in judged.items()}
+    measurements = {k: measurement(j, sigma.get(k) or white_noise(j)) for k, j in judged.items()}
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
-    offsets = clock_offsets(heading, table, segments, {} if turning else inputs)
+    offsets = clock_offsets(heading, table, segments, None if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
     findings = tuple(said(judged, segments, offsets, found))
     history = (
@@ -91,6 +91,14 @@ def with_outliers(j: Judged, chains: tuple[ChainResult, ...]) -> Judged:
         good &= stream.good
     outliers = int(j.good.sum() - good.sum())
     return replace(j, good=good, reasons={**j.reasons, **({"outlier": outliers} if outliers else {})})
+
+
+def white_noise(j: Judged) -> float:
+    """Noise of a sensor that no chain smooths, per component: the largest of its columns'."""
+    if not j.good.any():
+        return 0.0
+    columns = np.reshape(j.raw.value[j.good], (int(j.good.sum()), -1)).T
+    return max((feedback_noise(c) for c in columns), default=0.0)
 
 
 def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
@@ -138,11 +146,17 @@ def air(j: Judged, made: Measurement, table: pd.DataFrame) -> Measurement:
     """Wind as the velocity of the air over ground, north and east; relative wind by the smoothed motion."""
     speed, direction = j.raw.value.T
     if not j.raw.relative:
-        return replace(made, value=frames.wind_to_air_velocity(speed, direction))
+        return _air(made, frames.wind_to_air_velocity(speed, direction))
     known = table.dropna(subset=["psi", "u"])
     psi, u, v = (
         np.interp(j.raw.t, known["t"], known[k], left=np.nan, right=np.nan) for k in ("psi", "u", "v")
     )
     relative = frames.wind_to_air_velocity(speed, direction)
     value = frames.body_to_earth(relative + np.column_stack([u, v]), psi)
-    return replace(made, value=value, good=made.good & np.isfinite(value).all(axis=1))
+    return _air(made, value)
+
+
+def _air(made: Measurement, value: FloatArray) -> Measurement:
+    good = made.good & np.isfinite(value).all(axis=1)
+    sigma = max((feedback_noise(c) for c in value[good].T), default=0.0)
+    return replace(made, value=value, good=good, sigma=float(sigma))

@@ -243,12 +243,17 @@ def _at(m: Measurement, t: FloatArray) -> FloatArray:
 
 
 def clock_offsets(
-    heading: ChainResult, states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement]
+    heading: ChainResult,
+    states: pd.DataFrame,
+    segments: Segments,
+    inputs: Mapping[str, Measurement] | None,
 ) -> tuple[ClockOffset, ...]:
-    """All offsets that the motion of one trial can tell; see the module."""
-    found = (
-        yaw_rate_offset(heading, segments),
-        position_offset(states, segments, inputs),
-        inputs_offset(states, segments, inputs),
-    )
+    """Tell all offsets that the motion of one trial can tell; see the module.
+
+    ``inputs`` is None where their forces turn with an azimuth, which the simple models of the response cannot
+    follow: then only the kinematics speak.
+    """
+    found = [yaw_rate_offset(heading, segments)]
+    if inputs is not None:
+        found += [position_offset(states, segments, inputs), inputs_offset(states, segments, inputs)]
     return tuple(f for f in found if f is not None and np.isfinite(f.stderr))

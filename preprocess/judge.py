@@ -62,10 +62,10 @@ def repeated(value: FloatArray, quantum: float) -> BoolArray:
     measured anew; one that stays because nothing moves was.
     """
     n = len(value)
-    flat = value.reshape(n, -1)
     same = np.zeros(n, dtype=bool)
     if n < 3:
         return same
+    flat = value.reshape(n, -1)
     change = np.abs(np.diff(flat, axis=0)).max(axis=1)
     same[1:] = change == 0.0
     if not same.any():

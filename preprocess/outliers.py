@@ -136,6 +136,8 @@ def sliding_three_sigma(
     manoeuvre, which a quadratic follows less well, is not taken for a row of outliers.
     """
     flags = np.zeros(len(t), dtype=bool)
+    if not len(t):
+        return flags
     for column in np.reshape(x, (len(t), -1)).T:
         residual = local_residual(t, column, half, rounds)
         flags |= np.abs(residual) > k * spread(residual)

@@ -8,17 +8,26 @@ from preprocess.trial import FloatArray
 
 
 def resolution(value: FloatArray) -> float:
-    """Return the step to which values were rounded; 0 where none shows.
+    """Return the step to which values were rounded, the largest of their columns'; 0 where none shows.
 
-    The smallest change between neighbours, if nearly all changes are whole multiples of it.
+    Parameters
+    ----------
+    value : (n,) or (n, m)
     """
-    change = np.abs(np.diff(value, axis=0)).ravel()
-    change = change[change > 1e-12]
+    columns = np.reshape(value, (len(value), -1)).T if len(value) else []
+    return max((_step(c) for c in columns), default=0.0)
+
+
+def _step(column: FloatArray) -> float:
+    """The smallest change between neighbours, if nearly all changes are whole multiples of it, and not all one."""
+    every = np.abs(np.diff(column))
+    change = every[every > 1e-12]
     if len(change) < 20:
         return 0.0
-    quantum = float(np.percentile(change, 1.0))
-    near = change[change < 1.5 * quantum]
-    quantum = float(np.median(near))
+    smallest = float(np.percentile(change, 1.0))
+    quantum = float(np.median(change[change < 1.5 * smallest]))
     ratio = change[change < 200.0 * quantum] / quantum
     off = np.abs(ratio - np.round(ratio))
-    return quantum if np.mean(off < 0.02 * np.maximum(ratio, 1.0)) > 0.9 and np.median(ratio) < 50.0 else 0.0
+    whole = np.mean(off < 0.02 * np.maximum(ratio, 1.0)) > 0.9 and np.median(ratio) < 50.0
+    varied = np.ptp(np.round(ratio)) >= 1.0 or len(change) < 0.98 * len(every)
+    return quantum if whole and varied else 0.0

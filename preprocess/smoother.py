@@ -23,6 +23,8 @@ from preprocess.levels import Levels, estimate_levels
 from preprocess.outliers import sliding_three_sigma
 from preprocess.trial import FloatArray, Measurement
 
+#: No sensor is better than this, in SI units: a micrometre, a microradian.
+LEAST_NOISE = 1e-6
 #: Rounds of estimating noise levels and setting outliers aside.
 ROUNDS = 4
 #: Multiple of the local spread beyond which a sample is not even used for the first estimate.
@@ -95,7 +97,7 @@ def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
     Two sensors that contradict each other slowly (a gyro and a compass) could otherwise be reconciled by
     following one of them exactly.
     """
-    floors = np.array([s.floor for s in streams])
+    floors = np.maximum([s.floor for s in streams], LEAST_NOISE)
     if len(streams) == 1:
         return floors
     own = np.array([own_noise(s, segments) for s in streams])

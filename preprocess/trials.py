@@ -86,6 +86,8 @@ def gather(
             require(log, quantity, source)
         if source is not None:
             found[quantity] = read_raw(log, source, sensor, vessel)
+            if quantity in NEEDED and found[quantity].flagged.all():
+                require(log, quantity, None)
             rivals = [s.name for s in log.sources if s.quantity == quantity and s.name != source.name]
             steps.append(Step("take", _take(quantity, source.name, source.unit, sensor, rivals)))
     actuators = {}

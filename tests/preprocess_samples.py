@@ -48,7 +48,11 @@ def sample(rng, sensor: Imperfect, duration: float, of) -> tuple[np.ndarray, np.
     bad = rng.random(len(t)) < sensor.outliers
     size = rng.uniform(6.0, 30.0, len(t)) * sensor.sigma
     angle = rng.uniform(0.0, 2.0 * np.pi, len(t))
-    push = np.column_stack([np.cos(angle), np.sin(angle)]) if value.shape[1] == 2 else np.sign(np.sin(angle))[:, None]
+    push = (
+        np.column_stack([np.cos(angle), np.sin(angle)])
+        if value.shape[1] == 2
+        else np.sign(np.sin(angle))[:, None]
+    )
     value[bad] += (push * size[:, None])[bad]
     if sensor.rounding:
         value = np.round(value / sensor.rounding) * sensor.rounding
@@ -78,7 +82,10 @@ def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> S
     east = lambda t: at(truth, t, "u") * sin(t) + at(truth, t, "v") * cos(t)
     a, b = antenna
     of = {
-        "position": lambda t: (at(truth, t, "x") + a * cos(t) - b * sin(t), at(truth, t, "y") + a * sin(t) + b * cos(t)),
+        "position": lambda t: (
+            at(truth, t, "x") + a * cos(t) - b * sin(t),
+            at(truth, t, "y") + a * sin(t) + b * cos(t),
+        ),
         "heading": lambda t: (at(truth, t, "psi"),),
         "yaw_rate": lambda t: (at(truth, t, "r"),),
         "velocity": lambda t: (

@@ -26,7 +26,9 @@ def offsets(trial):
 
 @pytest.mark.parametrize("delay", [-0.15, 0.1, 0.4])
 def test_yaw_rate_clock(delay):
-    trial = trial_of("usv", "zigzag", {"yaw_rate": delay} if delay > 0 else {"position": -delay, "heading": -delay})
+    trial = trial_of(
+        "usv", "zigzag", {"yaw_rate": delay} if delay > 0 else {"position": -delay, "heading": -delay}
+    )
     offset, _ = offsets(trial)["yaw_rate"]
     assert offset == pytest.approx(delay, abs=0.02)
     assert any("yaw_rate" in f and "stamps" in f for f in trial.findings)
@@ -38,7 +40,9 @@ def test_position_clock():
     assert any(f.startswith("The stamps of position") for f in trial.findings)
 
 
-@pytest.mark.parametrize(("vessel", "manoeuvre"), [("usv", "zigzag"), ("catamaran", "random"), ("tanker", "zigzag")])
+@pytest.mark.parametrize(
+    ("vessel", "manoeuvre"), [("usv", "zigzag"), ("catamaran", "random"), ("tanker", "zigzag")]
+)
 def test_right_clocks_are_left_alone(vessel, manoeuvre):
     trial = trial_of(vessel, manoeuvre)
     assert not [f for f in trial.findings if "stamps" in f]

@@ -38,13 +38,17 @@ def test_the_filtered_derivative_is_what_the_observer_shows():
     shown, filtered = observe(Observer(3.0), t, y)[:, 1], filter_like(Observer(3.0), t, dy)
     settled = t > 8.0
     assert np.abs(shown - filtered)[settled].max() < 2e-4
-    assert np.abs(shown - dy)[settled].max() > 0.1  # the lag that biases a regression on unfiltered regressors
+    assert (
+        np.abs(shown - dy)[settled].max() > 0.1
+    )  # the lag that biases a regression on unfiltered regressors
 
 
 @given(st.floats(0.1, 20.0), st.floats(-3.0, 3.0), st.floats(-2.0, 2.0))
 @settings(max_examples=30, deadline=None)
 def test_a_ramp_is_followed_without_error(bandwidth, level, slope):
-    out = observe(Observer(bandwidth), T, level + slope * T, np.array([[level + slope * T[0]], [slope], [0.0]]))
+    out = observe(
+        Observer(bandwidth), T, level + slope * T, np.array([[level + slope * T[0]], [slope], [0.0]])
+    )
     np.testing.assert_allclose(out[:, 0], level + slope * T, atol=1e-8)
     np.testing.assert_allclose(out[:, 1], slope, atol=1e-7)
 
@@ -98,7 +102,9 @@ def test_nomoto_parameters_come_out_exactly_with_both_sides_filtered():
     columns = [filter_rudder(observer, t, s)[0] for s in (x[2], x[1])]
     c = np.linalg.lstsq(np.column_stack([*columns, rudder_rate, rudder])[400:], z[400:, 4], rcond=None)[0]
     product = -1.0 / c[1]
-    np.testing.assert_allclose([product, -c[0] * product, c[3] * product, c[2] / c[3]], [270.0, 51.0, k, t3], rtol=1e-3)
+    np.testing.assert_allclose(
+        [product, -c[0] * product, c[3] * product, c[2] / c[3]], [270.0, 51.0, k, t3], rtol=1e-3
+    )
 
 
 @pytest.mark.parametrize(("rule", "tolerance"), [("trapezoid", 2e-2), ("simpson", 2e-3)])
@@ -136,7 +142,11 @@ def test_ekf_follows_the_motion():
         "heading": lambda t: (at(truth, t, "psi"),),
         "yaw_rate": lambda t: (at(truth, t, "r"),),
     }
-    rates = {"position": Imperfect(5.0, 0.02), "heading": Imperfect(10.0, 0.01), "yaw_rate": Imperfect(20.0, 0.003)}
+    rates = {
+        "position": Imperfect(5.0, 0.02),
+        "heading": Imperfect(10.0, 0.01),
+        "yaw_rate": Imperfect(20.0, 0.003),
+    }
     p, h, r = (sample(rng, rates[k], 60.0, of[k])[:2] for k in of)
     tuning = Tuning(0.01, 0.05, 0.05, 0.02, 0.01, 0.003)
     t, state = filter_motion(p, (h[0], h[1][:, 0]), (r[0], r[1][:, 0]), tuning)

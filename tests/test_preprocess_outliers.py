@@ -46,7 +46,9 @@ def test_sliding_rule_keeps_genuine_extremes_where_the_plain_rule_discards_them(
     assert sliding[bad].mean() > 0.95
 
 
-@pytest.mark.parametrize(("vessel", "manoeuvre"), [("usv", "zigzag"), ("tanker", "random"), ("catamaran", "random")])
+@pytest.mark.parametrize(
+    ("vessel", "manoeuvre"), [("usv", "zigzag"), ("tanker", "random"), ("catamaran", "random")]
+)
 def test_recall_and_false_alarms_of_the_default(vessel, manoeuvre):
     found, bad, false, good = 0, 0, 0, 0
     for seed in range(2):
@@ -56,7 +58,9 @@ def test_recall_and_false_alarms_of_the_default(vessel, manoeuvre):
             "yaw_rate": Imperfect(20.0, 0.003, outliers=0.05),
         }
         made = sampled(truth_of(vessel, manoeuvre, 120.0, seed), seed, **sensors)
-        (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
+        (trial,) = make_trials(
+            [LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors
+        )
         for name in sensors:
             aside, wild = ~trial.measurements[name].good, made.bad[name]
             found, bad = found + int(aside[wild].sum()), bad + int(wild.sum())
@@ -66,7 +70,11 @@ def test_recall_and_false_alarms_of_the_default(vessel, manoeuvre):
 
 
 def test_reasons_are_counted():
-    made = sampled(truth_of("usv", "zigzag", 60.0), position=Imperfect(5.0, 0.02, outliers=0.05), heading=Imperfect(10, 0.01))
+    made = sampled(
+        truth_of("usv", "zigzag", 60.0),
+        position=Imperfect(5.0, 0.02, outliers=0.05),
+        heading=Imperfect(10, 0.01),
+    )
     (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
     m = trial.measurements["position"]
     assert m.reasons["outlier"] == int((~m.good).sum()) > 0

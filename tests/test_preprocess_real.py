@@ -11,7 +11,10 @@ from preprocess.trials import make_trials
 from preprocess.vessel import Input, Sensor, Vessel
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
-pytestmark = [pytest.mark.real, pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not beside the project")]
+pytestmark = [
+    pytest.mark.real,
+    pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not beside the project"),
+]
 COLUMNS = "t north east psi_deg vn ve r_deg_s roll_deg rudder_deg n thrust torque"
 
 
@@ -24,7 +27,10 @@ def test_tanker_velocities_from_positions_and_heading_alone():
         "position": Sensor("position", {"north": "north", "east": "east"}, "m"),
         "heading": Sensor("heading", {"signal": "psi_deg"}, "deg"),
     }
-    inputs = [Input("rudder", "rudder", "rudder_deg", unit="deg"), Input("propeller", "propeller", "n", unit="rev/s")]
+    inputs = [
+        Input("rudder", "rudder", "rudder_deg", unit="deg"),
+        Input("propeller", "propeller", "n", unit="rev/s"),
+    ]
     (trial,) = make_trials([LoggedRun("z20", log, "identify")], Vessel("KVLCC2", 7.0, 1.27), inputs, sensors)
     table = log.tables[""]
     t, psi = table.index.to_numpy() * 1e-9, np.radians(table["psi_deg"].to_numpy())
@@ -44,7 +50,10 @@ def test_tanker_velocities_from_positions_and_heading_alone():
 def test_boat_sensors_agree():
     log = read_log(DATA / "blueboat" / "00000239.bin")
     pwm, value = (1100.0, 1500.0, 1520.0, 1900.0), (1.0, 0.0, 0.0, -1.0)
-    inputs = [Input("left", "thruster", "RCOU.C1", pwm, value), Input("right", "thruster", "RCOU.C3", pwm, value[::-1])]
+    inputs = [
+        Input("left", "thruster", "RCOU.C1", pwm, value),
+        Input("right", "thruster", "RCOU.C3", pwm, value[::-1]),
+    ]
     (trial,) = make_trials([LoggedRun("239", log, "identify")], Vessel("BlueBoat", 1.19, 0.93), inputs, {})
     assert len(trial.segments) == 1  # gaps of the position up to 2.4 s are bridged
     assert trial.measurements["yaw_rate"].sigma < 0.05

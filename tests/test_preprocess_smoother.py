@@ -89,7 +89,11 @@ def rmse(trial, truth, name):
     return float(np.sqrt(np.mean((states[name] - reference) ** 2)))
 
 
-SENSORS = {"position": Imperfect(5.0, 0.02, lost=0.1), "heading": Imperfect(10.0, 0.01), "yaw_rate": Imperfect(20.0, 0.003)}
+SENSORS = {
+    "position": Imperfect(5.0, 0.02, lost=0.1),
+    "heading": Imperfect(10.0, 0.01),
+    "yaw_rate": Imperfect(20.0, 0.003),
+}
 
 
 def trial_of(vessel="usv", manoeuvre="zigzag", seed=0, antenna=(0.0, 0.0), **sensors):
@@ -150,7 +154,11 @@ def test_works_on_positions_and_heading_alone_and_says_what_is_missing():
 
 def test_velocity_sensor_helps():
     plain = rmse(*trial_of(position=Imperfect(5.0, 0.2), heading=Imperfect(10.0, 0.005))[::-1], "u")
-    more = {"position": Imperfect(5.0, 0.2), "heading": Imperfect(10.0, 0.005), "velocity": Imperfect(5.0, 0.02)}
+    more = {
+        "position": Imperfect(5.0, 0.2),
+        "heading": Imperfect(10.0, 0.005),
+        "velocity": Imperfect(5.0, 0.02),
+    }
     assert rmse(*trial_of(**more)[::-1], "u") < 0.5 * plain
 
 
@@ -170,6 +178,13 @@ def test_blank_rows_change_nothing():
     few, many = (assemble(stream, ((0.0, 10.0),), w) for w in (t, np.arange(0.0, 9.5, 0.1)))
     outs = []
     for a in (few, many):
-        rows = Rows(a.rows.t, a.rows.order, a.rows.value, variances(a.stream, np.array([0.1])), a.rows.fresh, a.rows.scale)
+        rows = Rows(
+            a.rows.t,
+            a.rows.order,
+            a.rows.value,
+            variances(a.stream, np.array([0.1])),
+            a.rows.fresh,
+            a.rows.scale,
+        )
         outs.append(smooth(rows, 0.3, prior).mean[a.stream == 0])
     np.testing.assert_allclose(outs[0], outs[1], atol=1e-9)

@@ -77,7 +77,10 @@ def test_slice_and_start():
 
 def test_campaign_time_is_utc_where_known():
     log = simple_log()
-    runs = [LoggedRun(n, replace(log, utc_ns=u), "identify", start=7.0) for n, u in (("a", 10**18), ("b", 10**18 + 5 * 10**9))]
+    runs = [
+        LoggedRun(n, replace(log, utc_ns=u), "identify", start=7.0)
+        for n, u in (("a", 10**18), ("b", 10**18 + 5 * 10**9))
+    ]
     a, b = make_trials(runs, BOAT, (MOTOR,), SENSORS)
     assert (a.start, b.start) == (0.0, 5.0)
 
@@ -143,7 +146,9 @@ def test_detected_sources_are_taken_by_rank_and_said():
 
 
 def test_a_device_can_be_chosen_and_a_missing_one_is_an_error():
-    two = pd.concat([simple_log().tables["OUT"].assign(source=1), simple_log().tables["OUT"].assign(source=2, c1=1700.0)])
+    two = pd.concat(
+        [simple_log().tables["OUT"].assign(source=1), simple_log().tables["OUT"].assign(source=2, c1=1700.0)]
+    )
     log = simple_log(OUT=two.sort_index(kind="stable"))
     (trial,) = trials(log, inputs=(replace(MOTOR, source=2),))
     np.testing.assert_allclose(trial.inputs["motor"].value, 0.5)
@@ -156,7 +161,9 @@ def test_geodetic_positions_share_one_origin():
     rng = np.random.default_rng(3)
     gps = np.column_stack([lat + 1e-5 * T, np.full(len(T), lon)]) + rng.normal(0.0, 1e-7, (len(T), 2))
     log = simple_log(GPS=table(T, ["lat", "lon"], gps))
-    sensors = SENSORS | {"position": Sensor("position", {"latitude": "GPS.lat", "longitude": "GPS.lon"}, "deg")}
+    sensors = SENSORS | {
+        "position": Sensor("position", {"latitude": "GPS.lat", "longitude": "GPS.lon"}, "deg")
+    }
     shifted = replace(log, tables={**log.tables, "GPS": log.tables["GPS"] + [0.001, 0.0]})
     runs = [LoggedRun("a", log, "identify"), LoggedRun("b", shifted, "validate")]
     a, b = make_trials(runs, BOAT, (MOTOR,), sensors)
@@ -170,14 +177,19 @@ def test_wind_is_the_velocity_of_the_air():
     true = SENSORS | {"wind": Sensor("wind", signals, "deg")}
     (trial,) = trials(simple_log(WIND=wind), sensors=true)
     np.testing.assert_allclose(trial.measurements["wind"].value, np.tile([-5.0, 0.0], (len(T), 1)), atol=1e-9)
-    (trial,) = trials(simple_log(WIND=wind), sensors=SENSORS | {"wind": Sensor("wind", signals, "deg", reference="relative")})
+    (trial,) = trials(
+        simple_log(WIND=wind),
+        sensors=SENSORS | {"wind": Sensor("wind", signals, "deg", reference="relative")},
+    )
     # from ahead at 5 m/s while going 1.5 m/s at 0.5 rad: the air itself goes 3.5 m/s the other way
     expected = -3.5 * np.array([np.cos(0.5), np.sin(0.5)])
     np.testing.assert_allclose(np.median(trial.measurements["wind"].value, axis=0), expected, atol=0.05)
 
 
 def test_offset_and_latency_are_taken_off():
-    sensors = SENSORS | {"heading": Sensor("heading", {"signal": "ATT.yaw_deg"}, "deg", offset=0.2, latency=0.1)}
+    sensors = SENSORS | {
+        "heading": Sensor("heading", {"signal": "ATT.yaw_deg"}, "deg", offset=0.2, latency=0.1)
+    }
     (trial,) = trials(sensors=sensors)
     assert np.median(trial.measurements["heading"].value) == pytest.approx(0.3, abs=0.01)
     assert trial.measurements["heading"].t[0] == pytest.approx(-0.1)
@@ -213,7 +225,9 @@ def test_intervals():
 @given(st.floats(-7.0, 7.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))
 def test_turning_there_and_back(psi, a, b):
     vector, angle = np.array([[a, b]]), np.array([psi])
-    np.testing.assert_allclose(frames.earth_to_body(frames.body_to_earth(vector, angle), angle), vector, atol=1e-9)
+    np.testing.assert_allclose(
+        frames.earth_to_body(frames.body_to_earth(vector, angle), angle), vector, atol=1e-9
+    )
 
 
 def test_conventions_by_hand():
@@ -221,7 +235,9 @@ def test_conventions_by_hand():
     assert frames.enu_yaw_to_heading(east)[0] == pytest.approx(np.pi / 2)  # yaw 0 in ENU looks east
     np.testing.assert_allclose(frames.flu_to_body(np.array([[1.0, 2.0]])), [[1.0, -2.0]])
     # heading east, a point 1 m ahead lies east; with r > 0 it moves south
-    np.testing.assert_allclose(frames.lever_position((1.0, 0.0), np.array([np.pi / 2])), [[0.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(
+        frames.lever_position((1.0, 0.0), np.array([np.pi / 2])), [[0.0, 1.0]], atol=1e-12
+    )
     np.testing.assert_allclose(
         frames.lever_velocity((1.0, 0.0), np.array([np.pi / 2]), np.array([0.3])), [[-0.3, 0.0]], atol=1e-12
     )
@@ -235,19 +251,38 @@ def test_tangent_plane_agrees_with_the_radii_of_curvature(lat, lon, dlat, dlon):
     out = frames.geodetic_to_ned(np.array([lat + dlat]), np.array([lon + dlon]), (lat, lon))[0]
     e2, a = 0.00669437999014, 6378137.0
     w = 1.0 - e2 * np.sin(np.radians(lat)) ** 2
-    north, east = a * (1 - e2) / w**1.5 * np.radians(dlat), a / np.sqrt(w) * np.cos(np.radians(lat)) * np.radians(dlon)
+    north, east = (
+        a * (1 - e2) / w**1.5 * np.radians(dlat),
+        a / np.sqrt(w) * np.cos(np.radians(lat)) * np.radians(dlon),
+    )
     np.testing.assert_allclose(out, [north, east], atol=5.0)
 
 
 def test_a_trial_is_written_and_read_back_equal(tmp_path):
-    sensors = {"position": Imperfect(5.0, 0.02, outliers=0.02), "heading": Imperfect(10.0, 0.01), "velocity": Imperfect(2.0, 0.05)}
+    sensors = {
+        "position": Imperfect(5.0, 0.02, outliers=0.02),
+        "heading": Imperfect(10.0, 0.01),
+        "velocity": Imperfect(2.0, 0.05),
+    }
     made = sampled(truth_of("usv", "zigzag", 40.0), **sensors)
     log = replace(made.log, utc_ns=1_778_749_200_000_000_000)
     (trial,) = make_trials([LoggedRun("a.csv", log, "identify")], made.vessel, made.inputs, made.sensors)
     write_trial(trial, tmp_path / "trial" / "a.csv.parquet")
     back = read_trial(tmp_path / "trial" / "a.csv.parquet")
     pd.testing.assert_frame_equal(back.states, trial.states.reset_index(drop=True))
-    for name in ("name", "role", "vessel", "inputs_declared", "segments", "start", "utc_ns", "origin", "manoeuvre", "findings", "depth"):
+    for name in (
+        "name",
+        "role",
+        "vessel",
+        "inputs_declared",
+        "segments",
+        "start",
+        "utc_ns",
+        "origin",
+        "manoeuvre",
+        "findings",
+        "depth",
+    ):
         assert getattr(back, name) == getattr(trial, name), name
     for mine, theirs in ((trial.measurements, back.measurements), (trial.inputs, back.inputs)):
         assert list(mine) == list(theirs)
@@ -263,3 +298,38 @@ def test_another_parquet_file_is_no_trial(tmp_path):
     pd.DataFrame({"a": [1]}).to_parquet(tmp_path / "x.parquet")
     with pytest.raises(ValueError, match=r"seatrial\.trial/1"):
         read_trial(tmp_path / "x.parquet")
+
+
+def degenerate(t, position, psi):
+    tables = {
+        "GPS": table(t, ["north", "east"], position),
+        "ATT": table(t, ["yaw_deg"], np.degrees(psi)[:, None]),
+        "OUT": table(t, ["c1", "c2"], np.column_stack([np.full(len(t), 1500.0), np.zeros(len(t))])),
+    }
+    return Log(Path("a.csv"), "csv", tables)
+
+
+@pytest.mark.parametrize("role", ["identify", None])
+@pytest.mark.parametrize(
+    "log",
+    [
+        degenerate(T[:1], np.zeros((1, 2)), np.zeros(1)),
+        degenerate(T[:3], np.eye(3, 2), np.zeros(3)),
+        degenerate(T, np.zeros((len(T), 2)), np.zeros(len(T))),
+        degenerate(T, np.column_stack([T, 0.0 * T]), np.zeros(len(T))),
+        degenerate(np.repeat(T[:10], 5), np.ones((50, 2)), np.zeros(50)),
+        degenerate(T, np.column_stack([T, T]) * 1e6, np.random.default_rng(0).uniform(0.0, 6.0, len(T))),
+        degenerate(T, np.where(T[:, None] % 1.0 < 0.5, np.nan, np.column_stack([T, T])), np.zeros(len(T))),
+    ],
+    ids=["one", "three", "still", "noise-free", "one-time", "wild", "half-nan"],
+)
+def test_degenerate_logs_do_not_break(log, role):
+    for trial in trials(log, role=role):
+        assert np.isfinite(trial.measurements["position"].sigma)
+        inside = trial.states["u"].notna()
+        assert np.isfinite(trial.states.loc[inside].to_numpy()).all()
+
+
+def test_a_heading_without_a_number_is_no_heading():
+    with pytest.raises(MissingQuantity):
+        trials(degenerate(T, np.column_stack([T, T]), np.full(len(T), np.nan)))
