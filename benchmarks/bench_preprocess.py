@@ -1,7 +1,8 @@
+# ruff: noqa: E402, ANN001, ANN201, ANN202, D401
 """Preprocessing, measured: accuracy beside other methods, noise levels, outliers, clocks, and time.
 
-``python benchmarks/bench_preprocess.py [--quick] [--seeds N]`` prints one table after another. The truth is simulated; each
-method gets the same samples. "given" is the same smoother with the true noise levels of the sensors.
+``python benchmarks/bench_preprocess.py [--quick] [--seeds N]`` prints one table after another. The truth is
+"given" is the same smoother with the true noise levels.
 """
 
 from __future__ import annotations
@@ -129,12 +130,12 @@ def gaussian_process(trial: Trial):
         n = min(200, len(t))
         grid = np.geomspace(0.3, 10.0, 12)
         score = [solve(0, n, ell) for ell in grid]
-        ell = grid[int(np.argmin([(y * a).sum() + y.shape[1] * ld for _, _, a, y, ld in score]))]
+        ell = grid[int(np.argmin([(y * a).sum() + y.shape[1] * ld for _k, _d, a, y, ld in score]))]
         for i in range(0, len(t), n // 2):
             j = min(i + n, len(t))
             if j - i < 10:
                 break
-            k, d, alpha, y, _ = solve(i, j, ell)
+            k, d, alpha, _y, _ = solve(i, j, ell)
             own = slice(i if i == 0 else i + n // 4, j)
             part = slice(own.start - i, None)
             outs[0][own] = (k @ alpha + x[i:j].mean(axis=0))[part]
@@ -159,7 +160,7 @@ def eso(trial: Trial):
 
 
 def ekf(trial: Trial):
-    """Forwards only, process intensities from the truth's own third derivatives is more than a user has: fixed."""
+    """Forwards only, with process intensities fixed by hand."""
     t, x = filter_motion(
         samples(trial, "position"),
         samples(trial, "heading"),

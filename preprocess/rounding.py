@@ -14,12 +14,14 @@ def resolution(value: FloatArray) -> float:
     ----------
     value : (n,) or (n, m)
     """
-    columns = np.reshape(value, (len(value), -1)).T if len(value) else []
+    if not len(value):
+        return 0.0
+    columns = np.reshape(value, (len(value), -1)).T
     return max((_step(c) for c in columns), default=0.0)
 
 
 def _step(column: FloatArray) -> float:
-    """The smallest change between neighbours, if nearly all changes are whole multiples of it, and not all one."""
+    """Return the smallest change, if nearly all changes are whole multiples of it, and not all one."""
     every = np.abs(np.diff(column))
     change = every[every > 1e-12]
     if len(change) < 20:

@@ -17,7 +17,7 @@ from preprocess.vessel import Input, Sensor, Vessel
 
 @dataclass(frozen=True)
 class Imperfect:
-    """A sensor: rate (Hz), white noise, jitter (share of the interval), share lost, share of outliers (6-30 σ)."""
+    """A sensor: Hz, white noise, jitter (share of the interval), shares lost and wild (6-30 σ)."""
 
     rate: float
     sigma: float
@@ -78,8 +78,13 @@ def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> S
     """A log of ``position``, ``heading``, ``yaw_rate``, ``velocity`` as given, and the inputs at 10 Hz."""
     rng, end = np.random.default_rng(seed), float(truth.t[-1])
     cos, sin = lambda t: np.cos(at(truth, t, "psi")), lambda t: np.sin(at(truth, t, "psi"))
-    north = lambda t: at(truth, t, "u") * cos(t) - at(truth, t, "v") * sin(t)
-    east = lambda t: at(truth, t, "u") * sin(t) + at(truth, t, "v") * cos(t)
+
+    def north(t):
+        return at(truth, t, "u") * cos(t) - at(truth, t, "v") * sin(t)
+
+    def east(t):
+        return at(truth, t, "u") * sin(t) + at(truth, t, "v") * cos(t)
+
     a, b = antenna
     of = {
         "position": lambda t: (

@@ -29,7 +29,7 @@ def test_local_fit_leaves_nothing_of_a_parabola_at_uneven_times():
 
 
 def hard_manoeuvre():
-    """A yaw rate that steps between extremes and rests between: the plain rule takes the extremes for outliers."""
+    """A yaw rate that steps between extremes and rests between: extremes that the plain rule discards."""
     t = np.arange(0.0, 120.0, 0.1)
     r = 0.4 * np.tanh(3.0 * np.sin(0.25 * t)) * (np.sin(0.05 * t) > 0.6)
     rng = np.random.default_rng(1)

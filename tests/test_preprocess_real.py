@@ -1,4 +1,4 @@
-"""Measured data: velocities from positions and heading alone against the logged ones; how well sensors agree."""
+"""Measured data: velocities from positions and heading against the logged ones; how sensors agree."""
 
 from pathlib import Path
 

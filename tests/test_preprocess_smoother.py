@@ -1,4 +1,4 @@
-"""The smoother against a dense oracle, against the truth, and against itself with the truth's noise levels."""
+"""The smoother against a dense oracle, the truth, and itself with the truth's noise levels."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def rows_of(t, order, value, sigma):
 
 
 def dense(t, order, value, sigma, q, prior):
-    """The same posterior by one large Gaussian: mean and covariance of (p, v, a) at every row, -2 log likelihood."""
+    """The same posterior by one large Gaussian: mean, covariance, -2 log likelihood."""
     n = len(t)
     cov = np.zeros((3 * n, 3 * n))
     state = np.diag(prior)

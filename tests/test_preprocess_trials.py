@@ -58,7 +58,7 @@ def test_the_plain_case():
     assert list(trial.states.columns[:10]) == ["t", "x", "y", "psi", "u", "v", "r", "du", "dv", "dr"]
     assert trial.inputs["motor"].value.max() == pytest.approx(0.25)
     assert trial.inputs["motor"].held
-    assert [s.action for s in trial.history][0] == "take"
+    assert trial.history[0].action == "take"
 
 
 def test_without_roles_the_last_third_validates():
