@@ -2,7 +2,7 @@
 """Preprocessing, measured: accuracy beside other methods, noise levels, outliers, clocks, and time.
 
 ``python benchmarks/bench_preprocess.py [--quick] [--seeds N]`` prints one table after another. The truth is
-"given" is the same smoother with the true noise levels.
+simulated; each method gets the same samples. "given" is the same smoother with the true noise levels.
 """
 
 from __future__ import annotations

@@ -144,9 +144,12 @@ def classify(s: _Stretch) -> tuple[str, str]:
 
 
 def _speed_left(s: _Stretch) -> float:
-    """Speed at the end as a share of that at the start."""
+    """Speed at the end as a share of that at the start; 1 where it did not begin near its full speed."""
     eighth = len(s.speed) // 8 + 1
-    return float(np.median(s.speed[-eighth:]) / max(np.median(s.speed[:eighth]), 1e-6))
+    first = float(np.median(s.speed[:eighth]))
+    if first < 0.7 * float(np.percentile(s.speed, 90.0)):
+        return 1.0
+    return float(np.median(s.speed[-eighth:]) / max(first, 1e-6))
 
 
 def _straight(s: _Stretch) -> tuple[str, str]:
