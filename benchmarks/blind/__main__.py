@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the benchmark."""
     a = parser().parse_args(arguments)
     if a.print:
-        show_summary([r for path in a.print for r in read_records(path)])
+        show_stored([r for path in a.print for r in read_records(path)], a.show)
         return
     kind = None if a.kind == "all" else a.kind
     seed = a.show if a.show is not None else _seed(a.seed)
@@ -74,6 +74,15 @@ def read_records(path: Path) -> list[Record]:
         return []
     lines = path.read_text(encoding="utf-8").splitlines()
     return list({(r["seed"], r["asked"]): r for r in map(json.loads, lines)}.values())
+
+
+def show_stored(records: Sequence[Record], seed: int | None) -> None:
+    """Print what is stored: one case, or all tables."""
+    if seed is None:
+        show_summary(records)
+    for record in records:
+        if record["seed"] == seed:
+            print(told(record))
 
 
 def show_summary(records: Sequence[Record]) -> None:
