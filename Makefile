@@ -6,7 +6,7 @@ BIN := .venv/bin
 INSTALLED := .venv/.installed
 WORKERS ?= 2
 
-.PHONY: install demo test check format bench docs wheel clean
+.PHONY: install demo test check format bench bench-blind docs wheel clean
 
 install: $(INSTALLED)
 
@@ -34,6 +34,11 @@ format: $(INSTALLED)
 bench: $(INSTALLED)  ## every benchmark, in turn
 	@for script in benchmarks/bench_*.py; do \
 		test ! -e $$script || { echo "$$script"; $(BIN)/python $$script || exit 1; }; done
+
+CASES ?= 640
+
+bench-blind: $(INSTALLED)  ## diagnoses of campaigns drawn at random against the truth (CASES=640)
+	$(BIN)/python -m benchmarks.blind --cases $(CASES) --workers $(WORKERS)
 
 docs: $(INSTALLED)  ## what of the documents is made from the code
 	@mkdir -p docs/reference
