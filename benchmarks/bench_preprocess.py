@@ -1,4 +1,4 @@
-# ruff: noqa: E402, ANN001, ANN201, ANN202, D401
+# ruff: noqa: E402, ANN001, ANN201, ANN202
 """Preprocessing, measured: accuracy beside other methods, noise levels, outliers, clocks, and time.
 
 ``python benchmarks/bench_preprocess.py [--quick] [--seeds N]`` prints one table after another. The truth is

@@ -39,7 +39,9 @@ def fit_by_regression(prepared: Prepared, estimator: str, **options: float) -> t
         ]  # fmt: skip
         if mine:
             columns = [structure.slots[k].coefficient for k in mine]
-            found = ESTIMATORS[estimator].fit(design[:, columns], target[:, equation], groups=groups, **options)
+            found = ESTIMATORS[estimator].fit(
+                design[:, columns], target[:, equation], groups=groups, **options
+            )
             p[mine], covariance[np.ix_(mine, mine)] = np.nan_to_num(found.theta), found.covariance
             stopped = found.stopped
     problem = cut(stretches, window_length(structure.vessel.length))

@@ -76,7 +76,9 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
             air = air + np.array(active.effect.air(v))
     factor = _loading(structure, values, stretch.name)
     coefficients = factor * _coefficients(structure, p, values)
-    return Drive(mean, slope, fine, coefficients, stretch.wind + air, current, _sensor(structure, values), factor)
+    return Drive(
+        mean, slope, fine, coefficients, stretch.wind + air, current, _sensor(structure, values), factor
+    )
 
 
 def actuators_of(
@@ -84,7 +86,7 @@ def actuators_of(
 ) -> dict[str, FloatArray]:
     """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
     dt = stretch.h / SUBSTEPS
-    edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1)
+    edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
     lead = sum(float(p[k]) for k, s in enumerate(structure.slots) if s.name == "input_lead" and s.effect < 0)
     series = {
         i.name: sampled(stretch.inputs[i.name], edges + lead - _delay(structure, values, i.name))
@@ -97,7 +99,7 @@ def actuators_of(
         name = active.variant.input
         if active.effect.actuator and name is not None:
             series[name] = active.effect.actuator(v, series[name], dt, active.variant.options)
-    time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS) + 0.5)
+    time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     for item in structure.inputs:
         if item.kind in THRUSTING:
             force = thrust(item, series[item.name])

@@ -163,6 +163,7 @@ class Active:
     @property
     def label(self) -> str:
         """Name that tells it from the other variants of the same effect."""
-        options = [str(v) for k, v in self.variant.options.items() if k in ("stream", "form", "swapped", "reversed", "logs")]
+        said = ("stream", "form", "swapped", "reversed", "logs")
+        options = [str(v) for k, v in self.variant.options.items() if k in said]
         parts = [p for p in (self.variant.input, *options) if p]
         return self.effect.name + (f" ({', '.join(parts)})" if parts else "")

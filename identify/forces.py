@@ -44,7 +44,9 @@ def groups(inputs: tuple[Input, ...]) -> dict[str, list[Input]]:
     return kinds
 
 
-def _pushes(item: Input, series: Series, inputs: tuple[Input, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _pushes(
+    item: Input, series: Series, inputs: tuple[Input, ...]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Force along x, along y and moment about z of one input, up to its gain."""
     azimuth = azimuth_of(inputs).get(item.name)
     x, y = item.position
@@ -101,7 +103,9 @@ def _channel(
     if axis == "P":
         return series[f"thrust {which}"]
     place = "TFN".index(axis)
-    return np.sum([_pushes(item, series, inputs)[place] for item in kinds[which]], axis=0)
+    return np.asarray(
+        np.sum([_pushes(item, series, inputs)[place] for item in kinds[which]], axis=0), dtype=float
+    )
 
 
 def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
@@ -109,7 +113,7 @@ def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
 
 
 def _mean_rudder(kinds: Mapping[str, list[Input]], series: Series, _: int) -> FloatArray:
-    return np.mean([series[i.name] for i in kinds["rudder"]], axis=0)
+    return np.asarray(np.mean([series[i.name] for i in kinds["rudder"]], axis=0), dtype=float)
 
 
 _SIMPLE: dict[str, Callable[[Mapping[str, list[Input]], Series, int], FloatArray]] = {

@@ -69,7 +69,9 @@ def derivative(z, current, equation, which, product, coefficients, q, f):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
-def rollout(z0, h, euler, channels, slopes, wind, current, u0, equation, which, product, coefficients, states, rates):
+def rollout(
+    z0, h, euler, channels, slopes, wind, current, u0, equation, which, product, coefficients, states, rates
+):
     """One free run; fills ``states`` (n+1, 8) and ``rates`` (n+1, 8) and returns the number of good steps."""
     n = channels.shape[0]
     q = np.empty(14 + channels.shape[1])
@@ -124,12 +126,27 @@ def oscillator(step, force):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
-def population(z0, h, euler, channels, slopes, wind, current, u0, equation, which, product, coefficients, states):
+def population(
+    z0, h, euler, channels, slopes, wind, current, u0, equation, which, product, coefficients, states
+):
     """Free runs of a whole population of coefficients (m, p) from the same state; fills ``states`` (m, n+1, 8)."""
     rates = np.empty((channels.shape[0] + 1, NX))
     for i in range(coefficients.shape[0]):
         rollout(
-            z0, h, euler, channels, slopes, wind, current, u0, equation, which, product, coefficients[i], states[i], rates
+            z0,
+            h,
+            euler,
+            channels,
+            slopes,
+            wind,
+            current,
+            u0,
+            equation,
+            which,
+            product,
+            coefficients[i],
+            states[i],
+            rates,
         )
 
 
@@ -191,7 +208,19 @@ def linearise(z, current, wind, equation, which, product, coefficients, q, f, ph
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz", "reassoc"})
 def tangent(
-    z, s, phi, jacobian, by_channel, simple, equation_of, d_coefficient, d_channel, d_slope, part, d_current, out
+    z,
+    s,
+    phi,
+    jacobian,
+    by_channel,
+    simple,
+    equation_of,
+    d_coefficient,
+    d_channel,
+    d_slope,
+    part,
+    d_current,
+    out,
 ):
     """Tangent of the derivative along every direction: ``s`` (8, nd) to ``out`` (8, nd).
 
@@ -279,7 +308,20 @@ def sensitivities(
             if not euler and (stage == 0 or stage == 3):
                 part = -1.0 if stage == 0 and not last else 1.0
             factors(zz, channels[row], slopes[row], part, wind[row], current, u0, q)
-            linearise(zz, current, wind[row], equation, which, product, coefficients, q, f, phi, jacobian, by_channel)
+            linearise(
+                zz,
+                current,
+                wind[row],
+                equation,
+                which,
+                product,
+                coefficients,
+                q,
+                f,
+                phi,
+                jacobian,
+                by_channel,
+            )
             ks[stage] = f
             tangent(zz, ss, phi, jacobian, by_channel, simple, equation_of, d_coefficient, d_channel[row],
                     d_slope[row], part, d_current, kd[stage])  # fmt: skip
@@ -348,7 +390,10 @@ def normal_equations(
             f[j] = (1 - x) * rates[i, j] + x * rates[i + 1, j]
             for d in range(nd):
                 s[j, d] = (
-                    h00 * s_all[i, j, d] + h10 * f_all[i, j, d] + h01 * s_all[i + 1, j, d] + h11 * f_all[i + 1, j, d]
+                    h00 * s_all[i, j, d]
+                    + h10 * f_all[i, j, d]
+                    + h01 * s_all[i + 1, j, d]
+                    + h11 * f_all[i + 1, j, d]
                 )
         q0, q1, q2 = 1 - x * x, x * (1 - x) * h, x * x
         for j in range(3, 6):
@@ -406,7 +451,10 @@ def normal_equations(
             p0, p1 = sensor[2] * z[5] + sensor[1], 0.0
             for d in range(nd):
                 row[0, d] = (
-                    sensor[2] * s[5, d] + d_sensor[1, d] + z[5] * d_sensor[2, d] - sensor[2] * f[5] * d_sensor[7, d]
+                    sensor[2] * s[5, d]
+                    + d_sensor[1, d]
+                    + z[5] * d_sensor[2, d]
+                    - sensor[2] * f[5] * d_sensor[7, d]
                 )
         w = weight[m]
         row[0, nd] = observed[m, 0] - p0

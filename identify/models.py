@@ -72,7 +72,9 @@ MODEL_BY_NAME = {m.name: m for m in MODELS}
 _INERTIAL = {("u", "vr"), ("u", "r²"), ("v", "ur")}
 
 
-def terms_for(model: Model, vessel: Vessel, inputs: tuple[Input, ...]) -> tuple[tuple[Term, ...], tuple[str, ...]]:
+def terms_for(
+    model: Model, vessel: Vessel, inputs: tuple[Input, ...]
+) -> tuple[tuple[Term, ...], tuple[str, ...]]:
     """Terms of a model for this vessel's inputs, and sentences about those that had to be left out."""
     names = channel_names(inputs)
     terms: list[Term] = []

@@ -39,7 +39,14 @@ def _antenna_shift(
     return c * ax - s * ay - (cb * bx - sb * by), s * ax + c * ay - (sb * bx + cb * by)
 
 
-def run(structure: Structure, d: Drive, stretch: Stretch, first: FloatArray, begin: int = 0, steps: int | None = None) -> FloatArray:
+def run(
+    structure: Structure,
+    d: Drive,
+    stretch: Stretch,
+    first: FloatArray,
+    begin: int = 0,
+    steps: int | None = None,
+) -> FloatArray:
     """States (steps + 1, 8) of the vessel from ``first`` (8,) at grid point ``begin``; NaN after running away."""
     steps = stretch.steps - begin if steps is None else steps
     part = slice(begin, begin + steps)

@@ -40,7 +40,9 @@ def prepare(trials: Sequence[Trial], model: str) -> Prepared:
     h = step_for(trials[0].vessel.length) if trials else 0.1
     identify = tuple(s for t in used for s in stretches_of(t, h))
     if not identify:
-        raise NotIdentifiable("no log to identify on has an unbroken stretch of five seconds with position and heading.")
+        raise NotIdentifiable(
+            "no log to identify on has an unbroken stretch of five seconds with position and heading."
+        )
     structure, notes = _declare(model, trials, used, identify)
     validate = tuple(s for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, notes, _digest(used))
@@ -58,7 +60,9 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
         if any(s in t.measurements for t in trials)
     }
     return [
-        replace(t, measurements={k: replace(m, sigma=pooled.get(k, m.sigma)) for k, m in t.measurements.items()})
+        replace(
+            t, measurements={k: replace(m, sigma=pooled.get(k, m.sigma)) for k, m in t.measurements.items()}
+        )
         for t in trials
     ]
 
@@ -68,7 +72,12 @@ def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:
     states = np.vstack([t.states[["u", "r"]].dropna().to_numpy(dtype=float) for t in trials])
     speed, yaw = np.sqrt(np.mean(states**2, axis=0))
     length = trials[0].vessel.length
-    return {"position": 3e-4 * length, "heading": 5e-4, "yaw_rate": 5e-3 * float(yaw), "velocity": 2e-3 * float(speed)}
+    return {
+        "position": 3e-4 * length,
+        "heading": 5e-4,
+        "yaw_rate": 5e-3 * float(yaw),
+        "velocity": 2e-3 * float(speed),
+    }
 
 
 def _declare(

@@ -28,7 +28,9 @@ def over_ground(states: FloatArray, current: FloatArray) -> FloatArray:
     return through_water(states, -current)
 
 
-def factor_values(states: FloatArray, wind: FloatArray, current: FloatArray, u0: float) -> dict[str, FloatArray]:
+def factor_values(
+    states: FloatArray, wind: FloatArray, current: FloatArray, u0: float
+) -> dict[str, FloatArray]:
     """Value (n,) of every factor of the library along states (n, 6) through the water."""
     psi, u, v, r = states[:, 2], states[:, 3], states[:, 4], states[:, 5]
     speed = np.hypot(u, v)
@@ -62,8 +64,10 @@ def accelerations(stretch: Stretch, window: int = 5) -> FloatArray:
     m = min(window, max(1, len(x) // 4))
     k = np.arange(-m, m + 1)
     weights = k / (stretch.h * np.sum(k * k))
-    slope = np.column_stack([np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in x.T])
-    return 0.5 * (slope[1:] + slope[:-1])
+    slope = np.column_stack(
+        [np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in x.T]
+    )
+    return np.asarray(0.5 * (slope[1:] + slope[:-1]), dtype=float)
 
 
 def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
@@ -77,7 +81,9 @@ def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[
     return np.asarray(rms[structure.table.equation_of] / np.sqrt(square / max(n, 1) + 1e-24), dtype=float)
 
 
-def start_by_regression(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], ridge: float = 1e-4) -> FloatArray:
+def start_by_regression(
+    structure: Structure, p: FloatArray, stretches: Sequence[Stretch], ridge: float = 1e-4
+) -> FloatArray:
     """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``."""
     design = np.vstack([regressors(structure, p, s) for s in stretches])
     target = np.vstack([accelerations(s) for s in stretches])
@@ -89,7 +95,8 @@ def start_by_regression(structure: Structure, p: FloatArray, stretches: Sequence
         ]  # fmt: skip
         if slots:
             columns = [structure.slots[k].coefficient for k in slots]
-            out[slots] = _bounded_ridge(design[:, columns], target[:, equation], [structure.slots[k].parameter.bounds for k in slots], ridge)
+            bounds = [structure.slots[k].parameter.bounds for k in slots]
+            out[slots] = _bounded_ridge(design[:, columns], target[:, equation], bounds, ridge)
     return out
 
 
@@ -123,7 +130,9 @@ def _bounded_ridge(
     theta = np.zeros(len(scale))
     for _ in range(len(scale) + 1):
         theta[free] = np.linalg.solve(gram[np.ix_(free, free)], moment[free])
-        wrong = np.array([not low <= t / s <= high for t, s, (low, high) in zip(theta, scale, bounds, strict=True)])
+        wrong = np.array(
+            [not low <= t / s <= high for t, s, (low, high) in zip(theta, scale, bounds, strict=True)]
+        )
         if not (wrong & free).any():
             break
         free &= ~wrong

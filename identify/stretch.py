@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -79,12 +80,12 @@ class Stretch:
     @property
     def grid(self) -> FloatArray:
         """(steps + 1,) times on the log's clock, s."""
-        return self.start + self.h * np.arange(self.steps + 1)
+        return self.start + self.h * np.arange(self.steps + 1, dtype=float)
 
 
 def step_for(length: float) -> float:
     """Integration step in s for a vessel of this length: 0.1 s up to 5 m, longer with the root of the length."""
-    return 0.1 * max(1.0, min(np.sqrt(length / 5.0), 5.0))
+    return 0.1 * max(1.0, min(math.sqrt(length / 5.0), 5.0))
 
 
 def stretches_of(trial: Trial, h: float, least: float = 5.0) -> list[Stretch]:
@@ -122,7 +123,9 @@ def _wind(trial: Trial, grid: FloatArray) -> FloatArray:
 
 
 def _samples(trial: Trial, begin: float, end: float) -> Samples:
-    parts = [_of_stream(trial.measurements[s], KIND[s], begin, end) for s in STREAMS if s in trial.measurements]
+    parts = [
+        _of_stream(trial.measurements[s], KIND[s], begin, end) for s in STREAMS if s in trial.measurements
+    ]
     columns = [np.concatenate(c) for c in zip(*parts, strict=True)]
     order = np.argsort(columns[0], kind="stable")
     t, kind, value, sigma = (c[order] for c in columns)

@@ -17,9 +17,7 @@ FACTORS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U", "e1", "e2"
 MOST_FACTORS = 6
 
 _POWERS = {"²": 2, "³": 3}
-_TOKEN = re.compile(
-    r"−|\|n\|n|\|n\||\|[uvrδ]\||Δu|/U|F_y|N_F|Vwx|Vwy|e1|e2|[TFNP]:[A-Za-z0-9_\-]+|[uvrUTδ1]"
-)
+_TOKEN = re.compile(r"−|\|n\|n|\|n\||\|[uvrδ]\||Δu|/U|F_y|N_F|Vwx|Vwy|e1|e2|[TFNP]:[A-Za-z0-9_\-]+|[uvrUTδ1]")
 
 _SI = {"u": "m/s", "v": "m/s", "r": "rad/s", "U": "m/s", "Δu": "m/s"}
 

@@ -41,8 +41,11 @@ class UsageError(SeatrialError):
 class CampaignError(UsageError):
     """A key or a value in ``campaign.toml`` is wrong."""
 
-    def __init__(self, path: Path, key: str, expected: str, found: str, nearest_key: str | None = None):
-        self.path, self.key, self.expected, self.found, self.nearest_key = path, key, expected, found, nearest_key
+    def __init__(
+        self, path: Path, key: str, expected: str, found: str, nearest_key: str | None = None
+    ) -> None:
+        self.path, self.key, self.nearest_key = path, key, nearest_key
+        self.expected, self.found = expected, found
         hint = f" Did you mean '{nearest_key}'?" if nearest_key else ""
         super().__init__(f"{path}: {key}: expected {expected}, found {found}.{hint}")
 
@@ -50,7 +53,7 @@ class CampaignError(UsageError):
 class MissingLog(UsageError):
     """A log file that the campaign names is not there."""
 
-    def __init__(self, path: Path, named_in: str, near: list[str]):
+    def __init__(self, path: Path, named_in: str, near: list[str]) -> None:
         self.path, self.near = path, near
         hint = f" Nearest there: {', '.join(near)}." if near else ""
         super().__init__(f"{named_in}: the log {path} is not there.{hint}")
@@ -59,7 +62,7 @@ class MissingLog(UsageError):
 class MissingSignal(UsageError):
     """A signal that the campaign names is not in the log."""
 
-    def __init__(self, path: Path, key: str, signal: str, known: Iterable[str], reason: str = ""):
+    def __init__(self, path: Path, key: str, signal: str, known: Iterable[str], reason: str = "") -> None:
         self.path, self.key, self.signal = path, key, signal
         names = list(known)
         near = nearest(signal, names) or names[:5]
@@ -76,15 +79,17 @@ class DataError(SeatrialError):
 class UnreadableLog(DataError):
     """No usable record in a file."""
 
-    def __init__(self, path: Path, tried: Iterable[str], looks_like: str):
+    def __init__(self, path: Path, tried: Iterable[str], looks_like: str) -> None:
         self.path, self.tried, self.looks_like = path, tuple(tried), looks_like
-        super().__init__(f"{path}: no usable record; tried {', '.join(self.tried)}; the file looks like {looks_like}.")
+        super().__init__(
+            f"{path}: no usable record; tried {', '.join(self.tried)}; the file looks like {looks_like}."
+        )
 
 
 class MissingQuantity(DataError):
     """A log has no position or no heading."""
 
-    def __init__(self, path: Path, quantity: str, consequence: str, cure: str):
+    def __init__(self, path: Path, quantity: str, consequence: str, cure: str) -> None:
         self.path, self.quantity = path, quantity
         super().__init__(f"{path}: no {quantity} in this log; {consequence}. {cure}")
 

@@ -12,7 +12,11 @@ _CHECK = {e.name: e.check for e in EFFECTS}
 
 
 def advice_for(
-    verdict: Verdict, taken: tuple[TakenEffect, ...], left: Mapping[str, float], outcome: Outcome, materiality: float
+    verdict: Verdict,
+    taken: tuple[TakenEffect, ...],
+    left: Mapping[str, float],
+    outcome: Outcome,
+    materiality: float,
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
     del outcome
@@ -20,7 +24,9 @@ def advice_for(
     for t in taken:
         if t.look_alikes:
             others = ", ".join(t.look_alikes)
-            parts.append(f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t)}")
+            parts.append(
+                f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t)}"
+            )
     if verdict is Verdict.UNEXPLAINED:
         worst = max(left, key=lambda c: left[c])
         parts.append(

@@ -81,12 +81,22 @@ def analyse(
 
 
 def _identify(
-    trials: Sequence[Trial], model: str, estimator: str, optimiser: str, seed: int, loop: bool, progress: Progress
+    trials: Sequence[Trial],
+    model: str,
+    estimator: str,
+    optimiser: str,
+    seed: int,
+    loop: bool,
+    progress: Progress,
 ) -> tuple[Prepared, Fitted, Outcome | None]:
     del optimiser, seed
     progress("identify", "", 0.0)
     prepared = prepare(trials, _model(trials, model))
-    declared = fit_declared(prepared) if estimator in ("auto", "output_error") else _by_regression(prepared, estimator)
+    declared = (
+        fit_declared(prepared)
+        if estimator in ("auto", "output_error")
+        else _by_regression(prepared, estimator)
+    )
     progress("identify", "", 1.0)
     if not loop:
         return prepared, declared, None

@@ -130,7 +130,8 @@ class Results:
     diagnosis : Diagnosis, optional
         None with ``--no-loop``.
     predictions : mapping of log name to DataFrame
-        As ``predictions/*.parquet``: ``t``, ``utc_ns``, ``role``, states, ``_measured``, inputs, ``_before``, ``_after``.
+        As ``predictions/*.parquet``: ``t``, ``utc_ns``, ``role``, states, ``_measured``, inputs, ``_before``,
+        ``_after``.
     actuators : mapping of log name to DataFrame
         ``t`` and each input as the identified actuator made it (with the effects taken); same rows as predictions.
     timing_s : mapping

@@ -1,4 +1,4 @@
-"""Tests of the residuals: are they white, and if not, what do they go with?"""
+"""Tests of the residuals: whether they are white, and if not, what they go with."""
 
 from __future__ import annotations
 
@@ -83,5 +83,5 @@ def _dependence(name: str, channel: str, error: FloatArray, other: FloatArray) -
     """Correlation with something, by its rank (no outlier decides)."""
     if np.ptp(other) == 0:
         return ResidualTest(name, channel, 0.0, 1.0)
-    found = stats.spearmanr(error, other)
+    found = stats.spearmanr(np.column_stack([error, other]))
     return ResidualTest(name, channel, float(found.statistic), float(found.pvalue))

@@ -20,7 +20,7 @@ _NOTHING = ChannelScore(None, None, None, None)
 
 def held_after_running_away(prediction: FloatArray) -> FloatArray:
     """A prediction (n, 6) that ran away keeps its last finite value."""
-    good = np.isfinite(prediction).all(axis=1)
+    good = np.asarray(np.isfinite(prediction).all(axis=1), dtype=bool)
     if good.all():
         return prediction
     last = prediction[good][-1] if good.any() else np.zeros(prediction.shape[1])
@@ -42,13 +42,19 @@ def score(measured: FloatArray, predicted: FloatArray, channel: str, predicts: S
     return ChannelScore(mse, mse**0.5, 1.0 - mse / spread, (mse / spread) ** 0.5)
 
 
-def validation(structure: Structure, stretches: Sequence[Stretch], predicted: Sequence[FloatArray]) -> Validation:
+def validation(
+    structure: Structure, stretches: Sequence[Stretch], predicted: Sequence[FloatArray]
+) -> Validation:
     """Pooled scores of the stretches with role validate, and scores of every log."""
     predicts = structure.model.predicts
     names = dict.fromkeys((s.name, s.role) for s in stretches)
     logs = []
     for name, role in names:
-        pairs = [(s.states, q) for s, q in zip(stretches, predicted, strict=True) if (s.name, s.role) == (name, role)]
+        pairs = [
+            (s.states, q)
+            for s, q in zip(stretches, predicted, strict=True)
+            if (s.name, s.role) == (name, role)
+        ]
         logs.append(LogScore(name, role, _channels(pairs, predicts)))
     unseen = [(s.states, q) for s, q in zip(stretches, predicted, strict=True) if s.role == "validate"]
     channels = _channels(unseen, predicts)
@@ -63,7 +69,9 @@ def validation(structure: Structure, stretches: Sequence[Stretch], predicted: Se
     )
 
 
-def _channels(pairs: Sequence[tuple[FloatArray, FloatArray]], predicts: Sequence[str]) -> dict[str, ChannelScore]:
+def _channels(
+    pairs: Sequence[tuple[FloatArray, FloatArray]], predicts: Sequence[str]
+) -> dict[str, ChannelScore]:
     if not pairs:
         return dict.fromkeys(CHANNELS, _NOTHING)
     measured, predicted = (np.vstack(x) for x in zip(*pairs, strict=True))

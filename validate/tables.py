@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from identify.drive import actuators_of
 from identify.stretch import SUBSTEPS, Stretch
@@ -34,7 +35,9 @@ def prediction_tables(
             _add_prediction(table, trial, stretches, predicted, label, predicts)
         found.setdefault(trial.name, []).append(table)
     return {
-        name: pd.concat(parts).sort_values("t", kind="stable", ignore_index=True) if len(parts) > 1 else parts[0]
+        name: pd.concat(parts).sort_values("t", kind="stable", ignore_index=True)
+        if len(parts) > 1
+        else parts[0]
         for name, parts in found.items()
     }
 
@@ -63,11 +66,11 @@ def _place(table: pd.DataFrame, column: str, m: Measurement, component: int | No
     table.loc[rows, column] = value[there]
 
 
-def _rows(table: pd.DataFrame, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _rows(table: pd.DataFrame, t: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """Rows of the table at these times, and which of the times have one."""
     own = table["t"].to_numpy()
-    rows = np.clip(np.searchsorted(own, t - 1e-9), 0, max(len(own) - 1, 0))
-    there = np.abs(own[rows] - t) < 1e-6 if len(own) else np.zeros(len(t), dtype=bool)
+    rows = np.minimum(np.searchsorted(own, t - 1e-9), max(len(own) - 1, 0)).astype(np.intp)
+    there = np.asarray(np.abs(own[rows] - t) < 1e-6 if len(own) else np.zeros(len(t)), dtype=bool)
     return rows[there], there
 
 
@@ -124,5 +127,3 @@ def actuator_tables(
                 columns[i.name][inside] = np.interp(t[inside], middle, series[i.name])
         out[name] = pd.DataFrame({"t": t, **columns})
     return out
-
-

@@ -9,7 +9,12 @@ from identify.effects.actuators import (
     ACTUATOR_RATE_LIMIT,
     INPUT_WIRING,
 )
-from identify.effects.hull import PORT_STARBOARD_ASYMMETRY, QUADRATIC_DAMPING, ROLL_COUPLING, TURNING_RESISTANCE
+from identify.effects.hull import (
+    PORT_STARBOARD_ASYMMETRY,
+    QUADRATIC_DAMPING,
+    ROLL_COUPLING,
+    TURNING_RESISTANCE,
+)
 from identify.effects.propulsion import PROPELLER_WALK, THRUST_ASYMMETRY, THRUST_FADE, THRUST_LOSS_WITH_SPEED
 from identify.effects.sensors import (
     ANTENNA_OFFSET,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import combinations
 
+import numpy as np
 
 from identify.actuator_dynamics import deadband_neutral, first_order, play, rate_limited
 from identify.effect import Effect, FloatArray, Parameter, Setting, Values, Variant
@@ -37,8 +38,6 @@ ACTUATOR_DELAY = Effect(
 )  # fmt: skip
 
 
-
-
 ACTUATOR_RATE_LIMIT = Effect(
     "actuator_rate_limit", "actuator",
     "|ȧ| ≤ rate",
@@ -53,8 +52,8 @@ ACTUATOR_RATE_LIMIT = Effect(
 
 def _deadband(p: Values, series: FloatArray, _: float, options: Mapping[str, object]) -> FloatArray:
     if options["form"] == "play":
-        return play(series, p["width"])
-    return deadband_neutral(series, p["width"], options.get("shape") == "shifted")
+        return np.asarray(play(series, p["width"]), dtype=float)
+    return np.asarray(deadband_neutral(series, p["width"], options.get("shape") == "shifted"), dtype=float)
 
 
 #: Backlash; no response near zero and as commanded outside; the same with what is lost near zero lost everywhere.
@@ -119,4 +118,3 @@ INPUT_WIRING = Effect(
     rewire=_rewire,
     variants=_wirings,
 )  # fmt: skip
-

@@ -22,7 +22,9 @@ def _if_any(terms: Callable[[Setting, Variant], dict[str, Term]]) -> Callable[[S
 
 
 _DAMPING = _missing(
-    ("u", Term("u", "u|u|"), ("|u|u",)), ("v", Term("v", "v|v|"), ("|v|v",)), ("r", Term("r", "r|r|"), ("|r|r",))
+    ("u", Term("u", "u|u|"), ("|u|u",)),
+    ("v", Term("v", "v|v|"), ("|v|v",)),
+    ("r", Term("r", "r|r|"), ("|r|r",)),
 )
 
 QUADRATIC_DAMPING = Effect(

@@ -33,7 +33,10 @@ THRUST_ASYMMETRY = Effect(
 
 
 def _walk(setting: Setting, variant: Variant) -> dict[str, Term]:
-    return {"sway": Term("v", f"P:{variant.input}", "thrust"), "yaw": Term("r", f"P:{variant.input}", "thrust")}
+    return {
+        "sway": Term("v", f"P:{variant.input}", "thrust"),
+        "yaw": Term("r", f"P:{variant.input}", "thrust"),
+    }
 
 
 PROPELLER_WALK = Effect(

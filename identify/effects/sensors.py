@@ -42,7 +42,9 @@ ANTENNA_OFFSET = Effect(
 
 
 def _sensor_streams(setting: Setting) -> list[Variant]:
-    return [Variant(options={"stream": s}) for s in ("position", "heading", "yaw_rate") if s in setting.streams]
+    return [
+        Variant(options={"stream": s}) for s in ("position", "heading", "yaw_rate") if s in setting.streams
+    ]
 
 
 CLOCK_OFFSET = Effect(

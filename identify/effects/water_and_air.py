@@ -63,7 +63,9 @@ def _shallow(setting: Setting) -> list[Variant]:
     depths = [d for d in setting.depths if d is not None]
     if len(set(depths)) > 1:
         deepest = max(depths)
-        shallow = [n for n, d in zip(setting.logs, setting.depths, strict=True) if d is not None and d < deepest]
+        shallow = [
+            n for n, d in zip(setting.logs, setting.depths, strict=True) if d is not None and d < deepest
+        ]
         return [Variant(options={"logs": tuple(shallow)})]
     return [Variant(options={"logs": (name,)}) for name in setting.logs] if len(setting.logs) > 1 else []
 
