@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.blind.oracle import Truth, consult, prediction_error
-from fixtures.blind import draw_case, write_case
+from fixtures.blind import draw_case, record_case, write_case
 from identify.fit import FittedEffect
 from seatrial.campaign import load_campaign
 from seatrial.pipeline import run
@@ -29,7 +29,8 @@ def steps_of(seed: int, kind: str | None, keep: Path | None, oracle: bool) -> It
     try:
         began = time.perf_counter()
         case = folder / f"{kind or 'drawn'}-{seed}"
-        told = write_case(draw_case(seed, kind), case)
+        drawn = draw_case(seed, kind)
+        told = write_case(drawn, case)
         yield {
             "kind": told["kind"],
             "truth": told["effects"],
@@ -40,7 +41,8 @@ def steps_of(seed: int, kind: str | None, keep: Path | None, oracle: bool) -> It
         yield answer_of(results) | spent
         if oracle:
             effects = tuple(told["effects"]) if told["kind"] != "outside" else ()  # type: ignore[arg-type]
-            yield {"oracle": consult(Truth(results.trials, str(told["declared_model"]), effects))}
+            truth = Truth(results.trials, str(told["declared_model"]), effects, tuple(record_case(drawn)))
+            yield {"oracle": consult(truth)}
     finally:
         if keep is None:
             shutil.rmtree(folder, ignore_errors=True)

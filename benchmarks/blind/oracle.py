@@ -1,4 +1,4 @@
-"""The oracle: the declared model with the true effects in it, fitted as the product fits.
+"""The oracle: the declared model with the true effects in it, fitted from the true values.
 
 It says how well the truth itself would predict (so what the best answer is worth), how much worse the
 prediction gets when an effect is left out (whether it can be detected at all), and which other effects would
@@ -9,17 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.blind.naming import Entry, apart
-from identify.base_fit import Fitted, fit_from_scratch, null_parameters
+from fixtures.campaign import Run
+from identify.base_fit import Fitted, fit_from_scratch, null_parameters, window_length
 from identify.effect import Active
+from identify.noise import calibrated
+from identify.output_error import prior_for, solve
 from identify.prepare import Prepared, prepare
+from identify.regression import coefficient_scales, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect
+from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.windows import cut, first_states
 from preprocess.trial import Trial
 from validate.candidates import candidates, screen
 from validate.diagnosis import Validation
@@ -28,6 +34,10 @@ from validate.look_alikes import dropped
 from validate.scores import predictions, validation
 from validate.structure_left import on_other_logs, structured_share
 
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: How often the noise is calibrated anew.
+ROUNDS = 3
 #: Rivals of a true effect that are refitted in its place, those first that promise most.
 RIVALS = 5
 #: Rivals that lose less than this against the truth cannot be told from it (odds of 20 to 1).
@@ -36,11 +46,12 @@ INDISTINCT = 6.0
 
 @dataclass(frozen=True)
 class Truth:
-    """What is fitted: the trials, the declared model and the entries of the true effects."""
+    """What is fitted: the trials, the declared model, the entries of the true effects, and what really happened."""
 
     trials: tuple[Trial, ...]
     model: str
     effects: tuple[Entry, ...]
+    runs: tuple[Run, ...]
 
 
 def prediction_error(scores: Validation) -> float:
@@ -82,8 +93,8 @@ def start_values(true: Entry, active: Active) -> dict[str, float]:
     return values
 
 
-def fit_truth(prepared: Prepared, effects: Sequence[Entry]) -> Fitted | None:
-    """Fit the declared model with the true effects, begun at their true values."""
+def fit_truth(prepared: Prepared, effects: Sequence[Entry], runs: Sequence[Run]) -> Fitted | None:
+    """Fit the declared model with the true effects, begun at their true values; None where there is none."""
     structure = prepared.structure
     values: dict[tuple[int, str], float] = {}
     for k, true in enumerate(effects):
@@ -95,13 +106,45 @@ def fit_truth(prepared: Prepared, effects: Sequence[Entry]) -> Fitted | None:
     p = null_parameters(structure)
     for i, slot in enumerate(structure.slots):
         p[i] = np.clip(values.get((slot.effect, slot.name), p[i]), *slot.parameter.bounds)
-    return fit_from_scratch(structure, prepared.identify, p)
+    p = start_by_regression(structure, p, [_as_it_was(s, runs) for s in prepared.identify], ridge=1e-8)
+    return fit_from(structure, prepared.identify, p)
+
+
+def fit_from(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:
+    """Fit from values near the truth on long windows at once; from scratch where that runs away."""
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    problem = cut(stretches, window_length(structure.vessel.length))
+    first = first_states(problem)
+    for _ in range(ROUNDS):
+        solution = solve(problem, structure, p, first, prior, anchor=first_states(problem), budget=25)
+        if not np.isfinite(solution.cost):
+            return fit_from_scratch(structure, stretches, p)
+        problem, p, first = calibrated(problem, solution), solution.p, solution.first
+    return Fitted(problem, prior, solve(problem, structure, p, first, prior, anchor=first_states(problem)))
+
+
+def _as_it_was(stretch: Stretch, runs: Sequence[Run]) -> Stretch:
+    """Return a stretch with the true motion in place of the smoothed one."""
+    truth = next(r.recording.truth for r in runs if stretch.name.startswith(r.name))
+    t: FloatArray = stretch.start + stretch.h * np.arange(stretch.steps + 1)
+    t += _clock_of(stretch, t, truth.t, truth.psi)
+    columns = (truth.x, truth.y, truth.psi, truth.u, truth.v, truth.r)
+    return replace(stretch, states=np.column_stack([np.interp(t, truth.t, c) for c in columns]))
+
+
+def _clock_of(stretch: Stretch, t: FloatArray, true_t: FloatArray, psi: FloatArray) -> float:
+    """How far the log's first record was from the start of the truth, s: where the headings agree best."""
+    offsets = np.arange(-1.0, 1.0, 0.02)
+    misfit = [
+        float(np.mean(1.0 - np.cos(np.interp(t + o, true_t, psi) - stretch.states[:, 2]))) for o in offsets
+    ]
+    return float(offsets[int(np.argmin(misfit))])
 
 
 def consult(truth: Truth) -> dict[str, Any]:
     """Return what the oracle says of a case, as data for its record."""
     prepared = prepare(truth.trials, truth.model)
-    full = fit_truth(prepared, truth.effects)
+    full = fit_truth(prepared, truth.effects, truth.runs)
     if full is None:
         return {"missing": "an effect that the library does not have"}
     error = error_of(prepared, full)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
@@ -176,7 +177,9 @@ def failures(records: Iterable[Record]) -> str:
 def each(record: Record) -> str:
     """One line for one case, as it comes."""
     raises = "/".join(f"{e['raises']:.2f}" for e in scores.oracle_effects(record))
+    chi2 = [record.get("chi2", {}).get("after", math.nan), record.get("oracle", {}).get("chi2", math.nan)]
+    raises += f" chi2 {chi2[0]:.2f}:{chi2[1]:.2f}"
     return (
         f"{record['seed']:8d} {record.get('seconds', 0):6.1f} s  {record.get('vessel', ''):10}"
-        f"{true_name(record):48} {raises:11} -> {said(record)} {record.get('why', '')}"
+        f"{true_name(record):48} {raises:24} -> {said(record)} {record.get('why', '')}"
     )
