@@ -83,15 +83,16 @@ def fit_from_scratch(
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     length = window_length(structure.vessel.length) if length is None else length
     lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
-    problem, solution = cut(stretches, lengths[0] if lengths else length), None
+    problem = cut(stretches, lengths[0] if lengths else length)
+    solution = fit_states(problem, structure, p)
     for size in [*lengths, length]:
-        problem = cut(problem.stretches, size).inflated(problem.inflation)
-        found = solve(problem, structure, p, first_states(problem), prior, budget=25, tolerance=1e-4 * problem.rows)
-        if not np.isfinite(found.cost) and solution is not None:
+        longer = cut(problem.stretches, size).weighted_as(problem)
+        started = fit_states(longer, structure, p)
+        if not np.isfinite(started.cost):
             break
-        solution = found
-        problem = calibrated(problem, solution)
-        p = solution.p
+        problem = calibrated(longer, started)
+        solution = solve(problem, structure, p, started.first, prior, budget=25, tolerance=1e-4 * problem.rows)
+        problem, p = calibrated(problem, solution), solution.p
     for _ in range(rounds + 1):
         found = Fitted(problem, prior, solution)
         solution = solve(
@@ -100,6 +101,12 @@ def fit_from_scratch(
         )  # fmt: skip
         problem = calibrated(problem, solution)
     return Fitted(problem, prior, solution)
+
+
+def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:
+    """Fit the windows' first states alone, the parameters held."""
+    held = Prior(p, np.full(len(p), 1e-9))
+    return solve(problem, structure, p, first_states(problem), held, budget=4)
 
 
 def fit_declared(prepared: Prepared) -> Fitted:

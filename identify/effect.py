@@ -164,6 +164,11 @@ class Active:
     def label(self) -> str:
         """Name that tells it from the other variants of the same effect."""
         said = ("stream", "form", "swapped", "reversed", "logs")
-        options = [str(v) for k, v in self.variant.options.items() if k in said]
+        options = [_text(k, v) for k, v in self.variant.options.items()]
         parts = [p for p in (self.variant.input, *options) if p]
         return self.effect.name + (f" ({', '.join(parts)})" if parts else "")
+
+
+def _text(key: str, value: object) -> str:
+    listed = " and ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    return f"{key} {listed}" if key in ("swapped", "reversed") else listed

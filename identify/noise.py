@@ -62,13 +62,32 @@ def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:last].sum(), 0.0)))
 
 
+def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
+    """Root mean square of a stream's errors, over the σ that they were weighted with."""
+    errors = [e for _, e in errors_by_stream(problem, moments, kind)]
+    return float(np.sqrt(sum(np.sum(e**2) for e in errors) / sum(e.size for e in errors))) if errors else 1.0
+
+
 def calibrated(problem: Problem, solution: Solution) -> Problem:
-    """The problem with every stream's σ from its own errors, and inflated where they are not white."""
-    white = np.array([white_ratio(problem, solution.moments, k) for k in range(4)]) * problem.inflation
+    """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion."""
+    found = [
+        [ratio(problem, solution.moments, k) for k in range(4)] for ratio in (white_ratio, size_ratio, low_frequency_ratio)
+    ]
+    white, size, slow = np.array(found) * problem.inflation
     white = np.maximum(white, 1e-6)
-    slow = np.array([low_frequency_ratio(problem, solution.moments, k) for k in range(4)]) * problem.inflation
+    inflation = np.maximum(size / white, 1.0)
+    dispersion = np.maximum(slow / (white * inflation), 1.0)
     stretches = tuple(_scaled(s, white) for s in problem.stretches)
-    return replace(problem, stretches=stretches, inflation=np.maximum(slow / white, 1.0))
+    return replace(problem, stretches=stretches, inflation=inflation, dispersion=dispersion)
+
+
+def dispersed_cost(problem: Problem, solution: Solution) -> float:
+    """Cost with every stream's errors counted as they are at low frequency, priors included."""
+    total = solution.penalty
+    for w, residual in zip(problem.windows, solution.moments.residuals, strict=True):
+        kind = problem.stretches[w.stretch].samples.kind[w.samples]
+        total += float(np.sum(residual**2 / (problem.dispersion[kind] ** 2)[:, None]))
+    return total
 
 
 def _scaled(stretch: Stretch, factor: FloatArray) -> Stretch:

@@ -9,7 +9,7 @@ follow without another run.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -140,8 +140,7 @@ def solve(
     cost below ``target``, the search is given up.
     """
     anchor = first if anchor is None else anchor
-    known = state_precision(structure, problem.softening)
-    prior = replace(prior, sd=prior.sd * problem.softening)
+    known = state_precision(structure)
     low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
     p = np.clip(p, low, high)
     now = moments(problem, structure, p, first)
@@ -214,8 +213,8 @@ def _damped(information: FloatArray, score: FloatArray, free: BoolArray, damping
     return move
 
 
-def information_of(solution: Solution, prior: Prior, softening: float = 1.0) -> FloatArray:
+def information_of(solution: Solution, prior: Prior) -> FloatArray:
     """Information matrix (np, np) of the parameters, priors included."""
-    known = np.diag(1.0 / (prior.sd * softening) ** 2)
+    known = np.diag(1.0 / prior.sd**2)
     return np.asarray(solution.reduced.information.sum(axis=0) + known, dtype=float)
 

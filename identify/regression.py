@@ -87,35 +87,38 @@ def start_by_regression(
     """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``."""
     design = np.vstack([regressors(structure, p, s) for s in stretches])
     target = np.vstack([accelerations(s) for s in stretches])
+    return solve_regression(structure, p, design, target, ridge)
+
+
+def _slots_of(structure: Structure, equation: int) -> tuple[list[int], list[int]]:
+    """Slots of the free coefficients of an equation, and their columns in the design."""
+    mine = [
+        k for k, s in enumerate(structure.slots)
+        if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
+    ]  # fmt: skip
+    return mine, [structure.slots[k].coefficient for k in mine]
+
+
+def solve_regression(
+    structure: Structure, p: FloatArray, design: FloatArray, target: FloatArray, ridge: float = 1e-4
+) -> FloatArray:
+    """Parameters with the coefficients that fit ``target`` (n, 3) by ``design`` (n, terms), within their bounds."""
     out = p.copy()
     for equation in range(3):
-        slots = [
-            k for k, s in enumerate(structure.slots)
-            if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
-        ]  # fmt: skip
-        if slots:
-            columns = [structure.slots[k].coefficient for k in slots]
-            bounds = [structure.slots[k].parameter.bounds for k in slots]
-            out[slots] = _bounded_ridge(design[:, columns], target[:, equation], bounds, ridge)
+        mine, columns = _slots_of(structure, equation)
+        if mine:
+            bounds = [structure.slots[k].parameter.bounds for k in mine]
+            out[mine] = _bounded_ridge(design[:, columns], target[:, equation], bounds, ridge)
     return out
 
 
-def regression_misfit(
-    structure: Structure, p: FloatArray, stretches: Sequence[Stretch]
-) -> tuple[float, FloatArray]:
-    """Unexplained share of the accelerations, summed over the equations, and the coefficients that leave it."""
-    p = start_by_regression(structure, p, stretches)
-    design = np.vstack([regressors(structure, p, s) for s in stretches])
-    target = np.vstack([accelerations(s) for s in stretches])
-    total = 0.0
+def predicted(structure: Structure, p: FloatArray, design: FloatArray) -> FloatArray:
+    """Accelerations (n, 3) from the regressors (n, terms)."""
+    out = np.zeros((len(design), 3))
     for equation in range(3):
-        mine = [
-            (k, s.coefficient) for k, s in enumerate(structure.slots)
-            if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
-        ]  # fmt: skip
-        left = target[:, equation] - sum(design[:, c] * p[k] for k, c in mine)
-        total += float(np.sum(left**2) / np.sum(target[:, equation] ** 2))
-    return total, p
+        mine, columns = _slots_of(structure, equation)
+        out[:, equation] = design[:, columns] @ p[mine]
+    return out
 
 
 def _bounded_ridge(

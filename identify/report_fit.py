@@ -7,10 +7,11 @@ import numpy as np
 from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
-from identify.output_error import information_of
+from identify.output_error import reduce
 from identify.prepare import Prepared
 from identify.structure import Slot, Structure
 from identify.term import unit_of
+from identify.windows import moments, state_precision
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -20,10 +21,18 @@ LARGEST_ERROR = 0.5
 
 def covariance_of(fitted: Fitted) -> FloatArray:
     """Covariance (np, np) of all parameters, errors weighted as they are correlated."""
-    information = information_of(fitted.solution, fitted.prior, fitted.problem.softening)
+    information = dispersed_information(fitted)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12)
     return np.asarray(inverse * scale * scale[:, None], dtype=float)
+
+
+def dispersed_information(fitted: Fitted) -> FloatArray:
+    """Information (np, np) with every stream's errors counted as they are at low frequency."""
+    problem, solution = fitted.problem.dispersed, fitted.solution
+    now = moments(problem, solution.structure, solution.p, solution.first)
+    reduced = reduce(now.matrices, solution.first, solution.first, state_precision(solution.structure))
+    return np.asarray(reduced.information.sum(axis=0) + np.diag(1.0 / fitted.prior.sd**2), dtype=float)
 
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:

@@ -126,7 +126,8 @@ class Structure:
                 k += len(active.effect.fixed_terms(nulls(active)))
         if self.input_lead is not None:
             mean, sd = self.input_lead
-            slots.append(Slot("input_lead", -1, Parameter("input_lead", "s", sd, null=mean), prior=(mean, sd)))
+            limits = (-0.2 * mean, 2.2 * mean)
+            slots.append(Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd)))
         return tuple(slots)
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:

@@ -39,12 +39,14 @@ class Window:
 class Problem:
     """Stretches cut into windows, and how much larger than the sensors' own noise each stream's errors count.
 
-    ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``length`` is the length of a window that was asked for, s.
+    ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``dispersion`` (4,) is how much
+    more than white noise the errors of a stream count in slow averages (for tests and intervals); ``length`` is the length of a window that was asked for, s.
     """
 
     stretches: tuple[Stretch, ...]
     windows: tuple[Window, ...]
     inflation: FloatArray
+    dispersion: FloatArray
     length: float
     workers: int = 2
 
@@ -57,15 +59,14 @@ class Problem:
             total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
         return total
 
-    @cached_property
-    def softening(self) -> float:
-        """Mean inflation over all samples: what is known beforehand weighs less against errors that count less."""
-        kinds = np.concatenate([self.stretches[w.stretch].samples.kind[w.samples] for w in self.windows])
-        return float(np.exp(np.mean(np.log(self.inflation[kinds]))))
+    def weighted_as(self, other: Problem) -> Problem:
+        """The same windows with the weights of another problem."""
+        return replace(self, inflation=other.inflation, dispersion=other.dispersion)
 
-    def inflated(self, inflation: FloatArray) -> Problem:
-        """The same with other inflation."""
-        return replace(self, inflation=inflation)
+    @property
+    def dispersed(self) -> Problem:
+        """The same with errors weighted by what they have at low frequency."""
+        return replace(self, inflation=self.inflation * self.dispersion)
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Moments:
 def cut(stretches: Sequence[Stretch], length: float, workers: int = 2) -> Problem:
     """Cut stretches into windows of about ``length`` seconds."""
     windows = [w for k, s in enumerate(stretches) for w in _cut(k, s, length)]
-    return Problem(tuple(stretches), tuple(windows), np.ones(4), length, workers)
+    return Problem(tuple(stretches), tuple(windows), np.ones(4), np.ones(4), length, workers)
 
 
 def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:
@@ -110,9 +111,9 @@ def first_states(problem: Problem, current: FloatArray | None = None) -> FloatAr
     return out
 
 
-def state_precision(structure: Structure, softening: float) -> FloatArray:
+def state_precision(structure: Structure) -> FloatArray:
     """Precision (8,) with which a window's first state is known beforehand."""
-    sd = STATE_PRIOR * softening
+    sd = STATE_PRIOR.copy()
     if structure.has_following_states:
         sd[6:] = _FOLLOWS
     return np.asarray(1.0 / sd**2, dtype=float)

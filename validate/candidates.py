@@ -11,7 +11,7 @@ from identify.base_fit import Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.output_error import Prior, prior_for, reduce
-from identify.regression import coefficient_scales, regression_misfit
+from identify.regression import coefficient_scales
 from identify.structure import Structure
 from identify.windows import first_states, moments, state_precision
 
@@ -20,29 +20,34 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with a start for its refit and the gain in cost that the first order promises."""
+    """A candidate with a start for its refit (and where it was looked at), and the gain that the first order promises."""
 
     active: Active
     p: FloatArray
+    unmoved: FloatArray
     gain: float
-    from_scratch: bool = False
 
 
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
-    """Every variant of every effect that makes sense here and is not in the structure yet."""
+    """Every variant of every effect that makes sense here and is not in the structure yet; wiring is tested apart."""
     taken = {a.label for a in structure.actives}
-    wired = any(a.effect.rewire for a in structure.actives)
     return [
         active
         for effect in effects
+        if not effect.rewire
         for variant in effect.variants(structure.setting)
-        if (active := Active(effect, variant)).label not in taken and not (effect.rewire and wired)
+        if (active := Active(effect, variant)).label not in taken
     ]
+
+
+def wirings(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
+    """Every way in which the inputs could be exchanged or reversed."""
+    return [Active(e, v) for e in effects if e.rewire for v in e.variants(structure.setting)]
 
 
 def smooth(active: Active) -> bool:
     """True where the cost has a slope at the effect's null, so that one look there is enough."""
-    return not active.effect.rewire and not any(p.starts for p in active.effect.parameters)
+    return not any(p.starts for p in active.effect.parameters)
 
 
 def prior_of(structure: Structure, p: FloatArray, fitted: Fitted) -> Prior:
@@ -54,9 +59,8 @@ def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     """First-order gain of each candidate from the fit of the structure without it, best first."""
     easy = [a for a in actives if smooth(a)]
     found = _screen_at_null(fitted, easy) if easy else []
-    found += _screen_wiring(fitted, [a for a in actives if a.effect.rewire])
     for active in actives:
-        if not smooth(active) and not active.effect.rewire:
+        if not smooth(active):
             found.append(max((_screen_at(fitted, active, s) for s in _starts(fitted, active)), key=lambda x: x.gain))
     return sorted(found, key=lambda x: -x.gain)
 
@@ -84,10 +88,10 @@ def normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, 
     if not np.isfinite(now.cost):
         return np.eye(len(p)), np.zeros(len(p)), np.inf
     reduced = reduce(
-        now.matrices, solution.first, first_states(problem), state_precision(wide, problem.softening)
+        now.matrices, solution.first, first_states(problem), state_precision(wide)
     )
     prior = prior_of(wide, p, fitted)
-    weight = 1.0 / (prior.sd * problem.softening) ** 2
+    weight = 1.0 / prior.sd**2
     information = reduced.information.sum(axis=0) + np.diag(weight)
     score = reduced.score.sum(axis=0) - weight * (p - prior.mean)
     return information, score, float(reduced.cost.sum() + np.sum(weight * (p - prior.mean) ** 2))
@@ -101,9 +105,10 @@ def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]
     found = []
     for active, mine in zip(actives, places, strict=True):
         gain, step = _schur_gain(information, score, base, mine)
-        alone, q, [own] = extended(structure, p, [active])
+        alone, at_null, [own] = extended(structure, p, [active])
+        q = at_null.copy()
         q[own] += _within(alone, own, q[own], step)
-        found.append(Screened(active, q, gain))
+        found.append(Screened(active, q, at_null, gain))
     return found
 
 
@@ -126,7 +131,7 @@ def _within(structure: Structure, places: FloatArray, at: FloatArray, step: Floa
     out = np.empty(len(step))
     for j, k in enumerate(places):
         slot = structure.slots[k]
-        most = 30.0 * slot.parameter.scale if slot.coefficient < 0 else np.inf
+        most = np.inf if slot.coefficient >= 0 else (3.0 if slot.parameter.starts else 30.0) * slot.parameter.scale
         low, high = slot.parameter.bounds
         out[j] = np.clip(at[j] + np.clip(step[j], -most, most), low, high) - at[j]
     return out
@@ -149,29 +154,16 @@ def _screen_at(fitted: Fitted, active: Active, start: dict[str, float]) -> Scree
         p[k] = start.get(wide.slots[k].name, p[k])
     information, score, cost = normal(fitted, wide, p)
     if not np.isfinite(cost):
-        return Screened(active, p, -np.inf)
+        return Screened(active, p, p, -np.inf)
     everything = np.arange(len(p))
     gain, step = _schur_gain(information, score, everything[:0], everything)
     base = _normal_cost(fitted)
     q = p.copy()
     q[mine] += _within(wide, mine, p[mine], step[mine])
-    return Screened(active, q, base - cost + gain)
+    return Screened(active, q, p, base - cost + gain)
 
 
 def _normal_cost(fitted: Fitted) -> float:
-    solution, soft = fitted.solution, fitted.problem.softening
-    weight = 1.0 / (fitted.prior.sd * soft) ** 2
+    solution = fitted.solution
+    weight = 1.0 / fitted.prior.sd**2
     return float(solution.reduced.cost.sum() + np.sum(weight * (solution.p - fitted.prior.mean) ** 2))
-
-
-def _screen_wiring(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
-    """Wirings under which the regression explains the accelerations better than under the one declared."""
-    structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    declared = regression_misfit(structure, fitted.solution.p, stretches)[0]
-    found = []
-    for active in actives:
-        wide, p, _ = extended(structure, fitted.solution.p, [active])
-        misfit, p = regression_misfit(wide, p, stretches)
-        gain = fitted.problem.rows * float(np.log(declared / misfit)) if misfit < 0.98 * declared else -np.inf
-        found.append(Screened(active, p, gain, True))
-    return found

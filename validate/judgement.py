@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import FAR, Fitted, fit_from_scratch
-from identify.noise import calibrated
+from identify.base_fit import FAR, Fitted
+from identify.noise import calibrated, dispersed_cost
 from identify.output_error import Solution, Stopped, solve
 from identify.predict import free_run
 from identify.regression import start_by_regression
@@ -63,21 +63,15 @@ def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float
             problem, structure, p, first, prior, anchor=anchor, budget=steps, tolerance=tolerance, target=target
         )
 
-    if screened.from_scratch:
-        return _from_scratch(fitted, screened)
     if fitted.chi2_per_dof < 1.5:
-        return Fitted(problem, prior, search(screened.p, fitted.solution.first, budget))
-    starts = (screened.p, start_by_regression(structure, screened.p, problem.stretches))
+        found = search(screened.p, fitted.solution.first, budget)
+        if found.stopped is Stopped.DIVERGED:
+            found = search(screened.unmoved, fitted.solution.first, budget)
+        return Fitted(problem, prior, found)
+    starts = (screened.p, screened.unmoved, start_by_regression(structure, screened.p, problem.stretches))
     tries = [search(p, fitted.solution.first, 5) for p in starts]
     best = min(tries, key=lambda s: s.total if np.isfinite(s.total) else np.inf)
     return Fitted(problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best)
-
-
-def _from_scratch(fitted: Fitted, screened: Screened) -> Fitted:
-    """Fit anew (what was learned under another wiring is of no use), then under the same weights as the others."""
-    structure = fitted.solution.structure.with_effect(screened.active)
-    anew = fit_from_scratch(structure, fitted.problem.stretches, screened.p, length=fitted.problem.length)
-    return under(fitted.problem, replace(anew, prior=prior_of(structure, screened.p, fitted)), 20)
 
 
 def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
@@ -106,14 +100,31 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
             target = min(target, fit.solution.total + 0.5 * target_gap(base, fit))
     if not refitted:
         return base, []
-    if base.chi2_per_dof > FAR:
-        return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
     best = min(refitted, key=lambda x: x[1].solution.total)[1]
+    base = better_base(base, best)
+    if base.chi2_per_dof > FAR:
+        dispersion = calibrated(best.problem, best.solution).dispersion
+        base = replace(base, problem=replace(base.problem, dispersion=dispersion))
+        return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
     weights = calibrated(best.problem, best.solution)
     base_there = under(weights, base)
     near = [(s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)]
     judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def better_base(base: Fitted, candidate: Fitted) -> Fitted:
+    """The fit without the candidate, begun anew from where the candidate ended: a base that is not at its best would
+    let any candidate gain.
+    """
+    structure = base.solution.structure
+    where = {(s.effect, s.name): k for k, s in enumerate(candidate.solution.structure.slots)}
+    p = np.array([candidate.solution.p[where[(s.effect, s.name)]] for s in structure.slots])
+    found = solve(
+        base.problem, structure, p, candidate.solution.first, base.prior, anchor=first_states(base.problem),
+        budget=15, tolerance=step_tolerance(base),
+    )  # fmt: skip
+    return replace(base, solution=found) if found.total < base.solution.total else base
 
 
 def target_gap(base: Fitted, best: Fitted) -> float:
@@ -122,7 +133,7 @@ def target_gap(base: Fitted, best: Fitted) -> float:
 
 
 def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
-    gain = base.solution.total - fit.solution.total
+    gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution)
     k = added_parameters(base, fit)
     return Judged(screened, fit, gain, k, significance(gain, k, tried), gain - least_gain(k, tried))
 
@@ -151,6 +162,16 @@ def free_running_error(fitted: Fitted) -> FloatArray:
 
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
     """Whether the free-running error falls by enough to be worth naming the effect."""
+    if base.chi2_per_dof > FAR:
+        return bool(fit.solution.cost < (1.0 - WORTH) ** 2 * base.solution.cost and not at_bound(fit))
     before, after = free_running_error(base), free_running_error(fit)
     spread = np.var(np.vstack([s.states[:, 3:6] for s in base.problem.stretches]), axis=0)
-    return bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
+    return not at_bound(fit) and bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
+
+
+def at_bound(fitted: Fitted) -> bool:
+    """Whether a parameter of an effect ended where it can go no further: not a value to believe."""
+    return any(
+        s.effect >= 0 and p in (s.parameter.bounds[1], s.parameter.bounds[0]) and p != s.parameter.null
+        for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
+    )

@@ -8,6 +8,7 @@ import numpy as np
 
 from identify.base_fit import Fitted
 from identify.effect import Active
+from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure
 from identify.windows import first_states
@@ -52,9 +53,10 @@ def loss_without(fitted: Fitted, index: int) -> float:
     information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
     others = np.setdiff1d(np.arange(len(information)), mine)
     linear = float(away @ _left(information, others, mine) @ away)
-    if linear > 1000.0:
-        return linear
-    return dropped(fitted, index).solution.total - fitted.solution.total
+    if linear > 1000.0 * float(np.max(fitted.problem.dispersion)) ** 2:
+        return linear / float(np.max(fitted.problem.dispersion)) ** 2
+    without = dropped(fitted, index).solution
+    return dispersed_cost(fitted.problem, without) - dispersed_cost(fitted.problem, fitted.solution)
 
 
 def _effect(fitted: Fitted, index: int) -> tuple[IntArray, FloatArray]:
@@ -98,7 +100,7 @@ def standing(fitted: Fitted, index: int) -> Standing:
 def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:
     """Rivals whose signature covers the effect's, most of it first, each with a start for its refit."""
     easy = [a for a in rivals if smooth(a)]
-    slow = [[a] for a in rivals if not smooth(a) and not a.effect.rewire]
+    slow = [[a] for a in rivals if not smooth(a)]
     found = [s for group in ([easy, *slow] if easy else slow) for s in _close(fitted, index, group, gain)]
     return sorted(found, key=lambda s: -s.gain)[:MOST_RIVALS]
 
@@ -118,11 +120,12 @@ def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list
     for active, mine in zip(group, places, strict=True):
         others = np.concatenate([rest, mine])
         loss = float(away @ _left(information, others, effect) @ away)
-        if loss < CLOSE + SHARE * gain:
+        if loss < (CLOSE + SHARE * gain) * float(np.max(fitted.problem.dispersion)) ** 2:
             m, scale = _unit_diagonal(information)
             move = np.zeros(len(p))
             move[others] = scale[others] * (_follow(m, others, effect) @ (away / scale[effect]))
-            found.append(Screened(active, _start(fitted, index, wide, p + move, active), -loss))
+            start = _start(fitted, index, wide, p + move, active)
+            found.append(Screened(active, start, start, -loss))
     return found
 
 
@@ -153,12 +156,15 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:
     """Whether a rival, refitted in the effect's place, comes within what can be told apart."""
     structure = fitted.solution.structure.without(index).with_effect(rival.active)
     prior = prior_of(structure, rival.p, fitted)
-    goal = fitted.solution.total + INDISTINCT + 2.0 * (len(fitted.solution.p) - len(rival.p))
+    margin = INDISTINCT + 2.0 * (len(fitted.solution.p) - len(rival.p))
+    slack = margin * float(np.max(fitted.problem.dispersion)) ** 2
     found = solve(
         fitted.problem, structure, rival.p, fitted.solution.first, prior, anchor=first_states(fitted.problem),
-        budget=15, target=goal + 20.0,
+        budget=15, target=fitted.solution.total + slack + 20.0,
     )  # fmt: skip
-    return bool(np.isfinite(found.total) and found.total < goal)
+    if not np.isfinite(found.total):
+        return False
+    return dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
 
 
 def _named(other: Active, active: Active) -> str:

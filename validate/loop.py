@@ -16,11 +16,14 @@ from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
 from validate.judgement import Judged, judge, least_gain, step_tolerance, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
+from validate.wiring import Wiring, better_wiring
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
 #: No campaign lacks more than this many effects that can be found.
 MOST_EFFECTS = 4
+#: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
+HOPELESSLY_FAR = 20.0
 #: Length of the windows for the first, rough pass, s.
 ROUGH = 10.0
 
@@ -37,36 +40,36 @@ class Turn:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where the loop ended: the last fit, its rounds, and for every effect taken its gain and look-alikes."""
+    """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, and the wiring."""
 
-    declared: Fitted
     fitted: Fitted
     turns: tuple[Turn, ...]
     standing: tuple[Standing, ...]
+    wiring: Wiring | None
 
 
 def search(prepared: Prepared, report: Callable[[str], None] = lambda _: None) -> Outcome:
     """Search for what the declared model lacks, on the logs to identify on."""
-    rough = fit_rough(prepared)
+    wiring = better_wiring(prepared.structure, prepared.identify)
+    structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
+    if wiring:
+        report(f"taken: {wiring.active.label} (z {wiring.z:.1f})")
+    rough = fit_from_scratch(structure, prepared.identify, length=ROUGH)
     turns: list[Turn] = []
     rough = _rounds(rough, turns, report)
-    fine = refined(rough)
-    fine = _rounds(fine, turns, report)
+    fine = rough
+    if rough.chi2_per_dof < HOPELESSLY_FAR:
+        fine = _rounds(refined(rough), turns, report)
     fine = _pruned(fine, report)
-    standing = _standing(fine, report)
-    return Outcome(rough, fine, tuple(turns), standing)
-
-
-def fit_rough(prepared: Prepared) -> Fitted:
-    """The declared model on short windows, in which even a poor model cannot run far."""
-    return fit_from_scratch(prepared.structure, prepared.identify, length=ROUGH)
+    standing = _standing(fine, wiring, report)
+    return Outcome(fine, tuple(turns), standing, wiring)
 
 
 def refined(fitted: Fitted) -> Fitted:
     """The same structure on long windows, weights from its own errors."""
     structure, p = fitted.solution.structure, fitted.solution.p
     problem = cut(fitted.problem.stretches, window_length(structure.vessel.length))
-    problem = problem.inflated(fitted.problem.inflation)
+    problem = problem.weighted_as(fitted.problem)
     current = drive(structure, p, problem.stretches[0]).current
     solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
     if not np.isfinite(solution.cost):
@@ -98,21 +101,26 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
 
 def _pruned(fitted: Fitted, report: Callable[[str], None]) -> Fitted:
     """Drop effects that no longer stand once the others are in, the weakest first."""
-    while fitted.solution.structure.actives:
-        actives = fitted.solution.structure.actives
-        losses = [loss_without(fitted, k) for k in range(len(actives))]
-        weakest = int(np.argmin(losses))
+    while searched := _searched(fitted):
+        losses = {k: loss_without(fitted, k) for k in searched}
+        weakest = min(losses, key=lambda k: losses[k])
         without = fitted.solution.structure.without(weakest)
         k = len(fitted.solution.p) - len(without.slots)
         if losses[weakest] > least_gain(k, len(candidates(without))):
             return fitted
-        report(f"dropped again: {actives[weakest].label}")
+        report(f"dropped again: {fitted.solution.structure.actives[weakest].label}")
         fitted = dropped(fitted, weakest)
     return fitted
 
 
-def _standing(fitted: Fitted, report: Callable[[str], None]) -> tuple[Standing, ...]:
-    found = tuple(standing(fitted, k) for k in range(len(fitted.solution.structure.actives)))
+def _searched(fitted: Fitted) -> list[int]:
+    """Places of the effects that were found by their likelihood (the wiring was not)."""
+    return [k for k, a in enumerate(fitted.solution.structure.actives) if not a.effect.rewire]
+
+
+def _standing(fitted: Fitted, wiring: Wiring | None, report: Callable[[str], None]) -> tuple[Standing, ...]:
+    found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
+    found += [standing(fitted, k) for k in _searched(fitted)]
     for s in found:
         report(f"{s.active.label}: gain {s.gain:.0f}; look-alikes: {', '.join(s.look_alikes) or 'none'}")
-    return found
+    return tuple(found)

@@ -46,7 +46,7 @@ def structured_share(fitted: Fitted) -> dict[str, float]:
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
     spread = np.vstack([s.states[:, 3:6] for s in fitted.problem.stretches]).std(axis=0) + 1e-12
     left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
-    slow = 1.0 - 1.0 / np.maximum(fitted.problem.inflation, 1.0) ** 2
+    slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
     predicts = fitted.solution.structure.model.predicts
     return {
@@ -60,7 +60,7 @@ def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None
     if not stretches:
         return None
     scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
-    problem = cut(scaled, fitted.problem.length).inflated(fitted.problem.inflation)
+    problem = cut(scaled, fitted.problem.length).weighted_as(fitted.problem)
     if not problem.windows:
         return None
     tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
@@ -86,19 +86,25 @@ def folds(fitted: Fitted) -> list[list[int]]:
     return [list(range(k, len(names), 5)) for k in range(min(5, len(names)))]
 
 
+def _solve_where_known(m: FloatArray, right: FloatArray) -> FloatArray:
+    """Solution of a symmetric system of unit diagonal, along the directions that the other parts determine."""
+    values, vectors = np.linalg.eigh(m)
+    good = values > 1e-6 * values[-1]
+    return np.asarray(vectors[:, good] @ ((vectors[:, good].T @ right) / values[good]), dtype=float)
+
+
 def cross_validated(fitted: Fitted) -> dict[str, float]:
     """RMSE of u, v, r over windows, each part predicted by the parameters that the other parts give.
 
     The parameters without a part follow from the normal equations of the others, to first order.
     """
     reduced = fitted.solution.reduced
-    information = information_of(fitted.solution, fitted.prior, fitted.problem.softening)
+    information = information_of(fitted.solution, fitted.prior)
     total = []
     for fold in folds(fitted):
         left = information - reduced.information[fold].sum(axis=0)
         scale = 1.0 / np.sqrt(np.maximum(np.diag(left), 1e-300))
-        m = left * scale * scale[:, None] + 1e-9 * np.eye(len(scale))
-        move = -scale * np.linalg.solve(m, scale * reduced.score[fold].sum(axis=0))
+        move = -scale * _solve_where_known(left * scale * scale[:, None], scale * reduced.score[fold].sum(axis=0))
         first = fitted.solution.first - reduced.state_slope @ move
         error, _ = window_errors(fitted, fitted.solution.p + move, first, fold)
         total.append(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3))

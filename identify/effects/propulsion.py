@@ -11,13 +11,8 @@ THRUSTERS = ("propeller", "thruster", "tunnel")
 
 
 def _one_of_several(setting: Setting) -> list[Variant]:
-    """Each thruster of a kind that has several; of a pair the second says nothing that the first does not."""
-    found: list[Variant] = []
-    for kind in THRUSTERS:
-        names = setting.of_kind(kind)
-        if len(names) > 1:
-            found += [Variant(name) for name in (names[:1] if len(names) == 2 else names)]
-    return found
+    """Each thruster of a kind that has several: the weaker one is named, since that is what is amiss."""
+    return [Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) > 1]
 
 
 THRUST_ASYMMETRY = Effect(
@@ -26,7 +21,7 @@ THRUST_ASYMMETRY = Effect(
     "One thruster gives less than its sisters: a fouled or damaged propeller, a weak motor, another pitch.",
     "Propellers (weed, chips, hand), motor current at the same command, bollard pull of each alone.",
     "Fossen 2011, sec. 9.3",
-    parameters=(Parameter("ratio", "1", 0.1, (0.02, 20.0), null=1.0),),
+    parameters=(Parameter("ratio", "1", 0.1, (0.0, 1.0), null=1.0),),
     gain=lambda p, t: np.full(t.shape, p["ratio"]),
     variants=_one_of_several,
 )  # fmt: skip

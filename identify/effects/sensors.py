@@ -64,7 +64,7 @@ CLOCK_OFFSET_INPUTS = Effect(
     "The inputs' stamps are late or early against the sensors'.",
     "Log a common event; look at the logger's queue.",
     "Groves 2013, sec. 14.4",
-    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0), starts=(0.25, -0.25)),),
+    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0), starts=(0.25, -0.25, 1.0)),),
     input_delay=lambda p: -p["offset"],
     variants=lambda s: [Variant(options={"stream": "inputs"})] if s.inputs else [],
 )  # fmt: skip

@@ -1,0 +1,116 @@
+"""Are the inputs wired as declared? A test on the accelerations alone, before anything is searched for.
+
+A wrong wiring makes every other fit meaningless, so it is looked at first: the regression of the smoothed
+accelerations under each wiring, gains having the sign that geometry says. Every log may have coefficients and a lag of
+its inputs of its own, so that neither a clock nor anything else that the model lacks can pass for a wiring. Two wirings
+are compared block by block; the blocks are long against the memory of the errors, so that their differences are
+independent, whatever the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from identify.base_fit import null_parameters
+from identify.effect import Active
+from identify.regression import accelerations, predicted, regressors, solve_regression
+from identify.stretch import Stretch
+from identify.structure import Structure
+from validate.candidates import wirings
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Length of a block, s.
+BLOCK = 10.0
+#: Accelerations are slopes over this time either way, s, and regressors averaged to match: noise must not decide.
+SLOPE = 1.5
+#: Inputs may be this late or early in each log, s, in steps of; rows that are used, one in.
+LAG, LAG_STEP, THIN = 2.0, 0.25, 3
+#: A wiring is believed wrong where chance would say so in fewer than this share of campaigns.
+FALSE_ALARM = 1e-3
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """A wiring that the data prefer to the declared one: z of the blocks' differences, and its p-value.
+
+    ``tried`` lists every wiring with the z by which the declared one loses to it.
+    """
+
+    active: Active
+    z: float
+    p_value: float
+    look_alikes: tuple[str, ...]
+    tried: tuple[tuple[Active, float], ...]
+
+
+def misfit_by_block(structure: Structure, stretches: Sequence[Stretch]) -> FloatArray:
+    """Squared error of the regression (blocks,), each acceleration in units of its standard deviation."""
+    parts = [_averaged(structure, s) for s in stretches]
+    scale = np.vstack([t for _, t in parts]).std(axis=0) + 1e-12
+    return np.concatenate([_of_stretch(structure, s.h, *part, scale) for s, part in zip(stretches, parts, strict=True)])
+
+
+def _of_stretch(
+    structure: Structure, h: float, design: FloatArray, target: FloatArray, scale: FloatArray
+) -> FloatArray:
+    """Errors of one stretch by block, at the lag of its inputs that leaves least."""
+    moving = [k for k, t in enumerate(structure.table.terms) if t.role in ("thrust", "rudder")]
+    best: FloatArray | None = None
+    for lag in np.arange(-LAG, LAG + LAG_STEP / 2, LAG_STEP):
+        late = design.copy()
+        late[:, moving] = _shifted(design[:, moving], round(lag / h))
+        thin = slice(None, None, THIN)
+        p = solve_regression(structure, null_parameters(structure), late[thin], target[thin])
+        left = np.sum(((target - predicted(structure, p, late)) / scale) ** 2, axis=1)
+        if best is None or left.sum() < best.sum():
+            best = left
+    size = max(1, round(BLOCK / h))
+    edges = np.arange(0, max(len(target) - size // 2, 1), size)
+    return np.add.reduceat(best if best is not None else np.zeros(len(target)), edges)
+
+
+def _shifted(columns: FloatArray, steps: int) -> FloatArray:
+    """Columns ``steps`` later, the ends held."""
+    rows = np.clip(np.arange(len(columns)) - steps, 0, len(columns) - 1)
+    return columns[rows]
+
+
+def _averaged(structure: Structure, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+    """Regressors (n, terms) and accelerations (n, 3) over the same parabolic window: the least-squares slope's own."""
+    m = max(1, min(round(SLOPE / stretch.h), stretch.steps // 4))
+    j = np.arange(-m, m)
+    weights = (m * (m + 1) - j * (j + 1)).astype(float)
+    weights /= weights.sum()
+    design = regressors(structure, null_parameters(structure), stretch)
+    smooth = np.column_stack([np.convolve(np.pad(c, (m, m - 1), mode="edge"), weights, mode="valid") for c in design.T])
+    return smooth, accelerations(stretch, m)
+
+
+def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring | None:
+    """The wiring that the accelerations prefer to the declared one, where they clearly do."""
+    actives = wirings(structure)
+    if not actives or "u" not in structure.model.predicts:
+        return None
+    declared = misfit_by_block(structure, stretches)
+    errors = {a.label: misfit_by_block(structure.with_effect(a), stretches) for a in actives}
+    best = min(actives, key=lambda a: float(errors[a.label].sum()))
+    z = _z(declared, errors[best.label])
+    p_value = min(1.0, len(actives) * float(stats.norm.sf(z)))
+    if p_value > FALSE_ALARM:
+        return None
+    rivals = [a for a in actives if a is not best and _z(errors[a.label], errors[best.label]) < 3.0]
+    tried = tuple((a, _z(declared, errors[a.label])) for a in actives)
+    return Wiring(best, z, p_value, tuple(a.label for a in rivals), tried)
+
+
+def _z(one: FloatArray, other: FloatArray) -> float:
+    """By how many standard errors ``other`` is better, from bounded differences so that no block decides alone."""
+    quiet = 0.1 * float(np.mean(other))
+    difference = (one - other) / (one + other + quiet)
+    spread = float(np.std(difference, ddof=1)) if len(difference) > 2 else np.inf
+    return float(np.mean(difference)) / max(spread / np.sqrt(len(difference)), 1e-12)
