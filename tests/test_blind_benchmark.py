@@ -71,6 +71,9 @@ def test_labels_are_those_of_the_look_alikes() -> None:
     assert naming.label_of(slack) == "actuator_deadband (left, play)"
     assert naming.alike(slack, ["current", "actuator_deadband (left, play)"])
     assert naming.alike(slack, ["actuator_deadband"])
+    heavy = {"name": "mass_change", "input": None, "parameters": {}, "logs": ["b.nmea", "c.nmea"]}
+    assert naming.label_of(heavy) == "mass_change (b.nmea and c.nmea)"
+    assert naming.alike(heavy, ["mass_change (a.nmea)"])
     assert not naming.alike(slack, ["actuator_deadband (right, play)"])
 
 

@@ -38,19 +38,21 @@ def _option(entry: Entry, option: str) -> Sequence[str]:
 
 
 def label_of(entry: Entry) -> str:
-    """Return the label with which reports tell an effect from the same effect elsewhere."""
-    parts = [entry.get("input"), *(str(_plain(entry[o])) for o in SHOWN if entry.get(o))]
+    """Return a name that tells an effect from the same effect elsewhere."""
+    parts = [entry.get("input"), *(" and ".join(_option(entry, o)) for o in SHOWN)]
     inside = ", ".join(str(p) for p in parts if p)
     return f"{entry['name']} ({inside})" if inside else str(entry["name"])
 
 
-def _plain(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
 def alike(true: Entry, look_alikes: Sequence[str]) -> bool:
-    """Whether a true effect is among look-alikes, which are names of effects or labels."""
-    return true["name"] in look_alikes or label_of(true) in look_alikes
+    """Whether a true effect is among look-alikes: by its name alone, or by a label with the same particulars."""
+    return any(_is_meant(true, label) for label in look_alikes)
+
+
+def _is_meant(true: Entry, label: str) -> bool:
+    name, _, inside = label.partition(" (")
+    particulars = [true.get("input"), *(v for o in ESSENTIAL for v in _option(true, o))]
+    return name == true["name"] and (not inside or all(str(p) in inside for p in particulars if p))
 
 
 def named_among(true: Entry, record: Mapping[str, Any]) -> bool:

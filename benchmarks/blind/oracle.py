@@ -126,7 +126,7 @@ def fit_from(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray
 def _as_it_was(stretch: Stretch, runs: Sequence[Run]) -> Stretch:
     """Return a stretch with the true motion in place of the smoothed one."""
     truth = next(r.recording.truth for r in runs if stretch.name.startswith(r.name))
-    t: FloatArray = stretch.start + stretch.h * np.arange(stretch.steps + 1)
+    t = np.asarray(stretch.start + stretch.h * np.arange(stretch.steps + 1), dtype=np.float64)
     t += _clock_of(stretch, t, truth.t, truth.psi)
     columns = (truth.x, truth.y, truth.psi, truth.u, truth.v, truth.r)
     return replace(stretch, states=np.column_stack([np.interp(t, truth.t, c) for c in columns]))
