@@ -79,6 +79,10 @@ class Fit:
         SHA-256 of the trials that it was identified on.
     notes : tuple of str
         Sentences for the report (merged columns, bounds that were hit, what the data cannot give).
+    u0 : float, optional
+        Reference speed of terms in Δu, m/s.
+    typical_inputs : mapping of str to float
+        Median of every input over the logs that it was identified on: where a manoeuvre begins.
     """
 
     model: str
@@ -94,3 +98,5 @@ class Fit:
     stopped: str
     digest: str
     notes: tuple[str, ...] = ()
+    u0: float | None = None
+    typical_inputs: Mapping[str, float] = field(default_factory=dict)

@@ -11,12 +11,13 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from identify.simulate import simulate
     from ingest import read_log
     from seatrial.campaign import Campaign, load_campaign
     from seatrial.models import load_model
     from seatrial.pipeline import run
 
-__all__ = ["Campaign", "load_campaign", "load_model", "read_log", "run"]
+__all__ = ["Campaign", "load_campaign", "load_model", "read_log", "run", "simulate"]
 
 #: Where each public name lives: imported when it is first used, so that the command line starts at once.
 _HOMES = {
@@ -25,6 +26,7 @@ _HOMES = {
     "load_model": "seatrial.models",
     "read_log": "ingest",
     "run": "seatrial.pipeline",
+    "simulate": "identify.simulate",
 }
 
 

@@ -1,0 +1,55 @@
+"""Turning circle: helm over and held (IMO MSC.137(76), 4.3.1; ITTC 7.5-04-02-01)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from identify.simulate.measures import at, crossing
+from identify.simulate.order import Order
+from identify.simulate.plant import Plant, Track, sail
+
+#: Change of heading at which it ends, rad.
+END = math.radians(540.0)
+#: Time given, in ship lengths at approach speed.
+PATIENCE = (40.0, 160.0)
+
+
+def run_circle(plant: Plant, order: Order) -> Track:
+    """Put the helm over and hold it until the heading has changed by 540 degrees."""
+    length_time = plant.rebuilt.structure.vessel.length / plant.speed
+    for lengths in PATIENCE:
+        track = sail(plant, [(0.0, order.side * order.helm, 1.0)], lengths * length_time)
+        end = crossing(track.t, order.side * track.states[:, 2], END)
+        if math.isfinite(end):
+            n = int(np.searchsorted(track.t, end)) + 1
+            return Track(track.t[:n], track.states[:n], {k: v[:n] for k, v in track.inputs.items()})
+    return track
+
+
+def measure_circle(track: Track, order: Order) -> dict[str, float]:
+    """Advance and transfer at 90°, tactical diameter at 180°, and the steady turn over the last 180°."""
+    turned = order.side * track.states[:, 2]
+    quarter, half, last = (crossing(track.t, turned, math.radians(a)) for a in (90.0, 180.0, 360.0))
+    x, y = track.states[:, 0], order.side * track.states[:, 1]
+    speed, rate, drift = _steady(track, last)
+    return {
+        "advance": at(track.t, x, quarter),
+        "transfer": at(track.t, y, quarter),
+        "tactical_diameter": at(track.t, y, half),
+        "final_diameter": 2.0 * speed / abs(rate) if rate else math.nan,
+        "time_to_90": quarter,
+        "time_to_180": half,
+        "steady_speed": speed,
+        "steady_yaw_rate": rate,
+        "steady_drift": drift,
+    }
+
+
+def _steady(track: Track, begin: float) -> tuple[float, float, float]:
+    """Mean speed, yaw rate and drift angle from a time on."""
+    if not math.isfinite(begin):
+        return math.nan, math.nan, math.nan
+    u, v, r = track.states[track.t >= begin, 3:6].T
+    return float(np.mean(np.hypot(u, v))), float(np.mean(r)), float(np.mean(np.arctan2(-v, u)))

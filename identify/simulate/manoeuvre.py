@@ -1,0 +1,240 @@
+"""``simulate``: an identified model in a standard manoeuvre, with what its uncertainty makes of the measures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from identify.effect import Active
+from identify.fit import Fit
+from identify.simulate.circle import measure_circle, run_circle
+from identify.simulate.helm import driven, helm_for, require_steering, shape_of
+from identify.simulate.measures import UNITS, Measure, imo_limits
+from identify.simulate.order import Order, checked, parse_order
+from identify.simulate.plant import Plant, Track, balanced_speed, sail, throttle_for
+from identify.simulate.rebuild import Rebuilt, rebuild
+from identify.simulate.spiral import measure_spiral, run_spiral
+from identify.simulate.stopping import measure_stopping, run_stopping
+from identify.simulate.zigzag import measure_zigzag, run_zigzag
+from identify.stretch import step_for
+from ingest.errors import DataError, UsageError
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Froude number of the approach where nothing says how fast.
+FROUDE = 0.2
+GRAVITY = 9.81
+#: Effects of place and day, and of what was logged: not part of a standard manoeuvre.
+_LOGGING = ("sensor", "clock")
+_WEATHER = ("current", "wind")
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A manoeuvre that was simulated.
+
+    Attributes
+    ----------
+    order : Order
+        What was asked for.
+    t : (n,) s
+        From the first order of the helm or the engine.
+    states : (n, 6)
+        x, y (m, from the place of the first order, x along the approach), psi, u, v, r over ground.
+    inputs : mapping of str to (n,)
+        As ordered.
+    measures : tuple of Measure
+    speed : float
+        Approach speed, m/s.
+    tracks : (k, m, 2)
+        Tracks of some of the draws, for a plot; NaN after their end.
+    failed : float
+        Share of the draws that ran away or did not come to an end.
+    notes : tuple of str
+        Sentences.
+    """
+
+    order: Order
+    t: FloatArray
+    states: FloatArray
+    inputs: Mapping[str, FloatArray]
+    measures: tuple[Measure, ...]
+    speed: float
+    tracks: FloatArray
+    failed: float = 0.0
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    def __getitem__(self, name: str) -> Measure:
+        """The measure of that name."""
+        return next(m for m in self.measures if m.name == name)
+
+
+def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -> Manoeuvre:
+    """Run an identified model through a standard manoeuvre.
+
+    Parameters
+    ----------
+    fit : Fit
+        From ``load_model`` or a run.
+    manoeuvre : Order or str
+        ``"zigzag 20/20"``, ``"zigzag 10/10 port"``, ``"circle 35"``, ``"spiral"``, ``"stopping"``, or an ``Order``.
+    seed : int
+        Of the draws from the parameters' covariance.
+
+    Returns
+    -------
+    Manoeuvre
+
+    Raises
+    ------
+    UsageError
+        The manoeuvre is not known, or the vessel has nothing to steer or to stop with.
+    DataError
+        The model runs away from the approach on.
+    """
+    order = checked(parse_order(manoeuvre) if isinstance(manoeuvre, str) else manoeuvre)
+    plant, notes = plant_for(fit, order)
+    track, values = perform(plant, order)
+    if not track.finite:
+        raise DataError(f"{order.title}: the model runs away; it cannot be simulated here.")
+    draws, tracks, failed = _uncertainty(plant, order, seed)
+    limits = imo_limits(order.kind, order.helm, fit.vessel.length, plant.speed)
+    measures = tuple(_measure(n, v, draws.get(n, np.zeros(0)), limits.get(n)) for n, v in values.items())
+    notes += (
+        [f"{100 * failed:.0f} % of the draws from the parameters' covariance failed."]
+        if failed > 0.05
+        else []
+    )
+    return Manoeuvre(
+        order, track.t, track.states, track.inputs, measures, plant.speed, tracks, failed, tuple(notes)
+    )
+
+
+def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
+    """The vessel of a fit, its approach speed and throttle, and sentences about what had to be assumed."""
+    whole = rebuild(fit)
+    rebuilt = whole.keeping(lambda a: _belongs(a, order))
+    left = [a.label for a in whole.structure.actives if not _belongs(a, order)]
+    notes = [f"Left out, since they are not the vessel's: {', '.join(left)}."] if left else []
+    helm = helm_for(fit.inputs, shape_of(fit.inputs, fit.typical_inputs))
+    if order.kind == "stopping" and not driven(fit.inputs):
+        raise UsageError("stopping: none of the inputs gives thrust.")
+    if order.kind != "stopping":
+        require_steering(helm, order.kind)
+    notes += _extrapolation(rebuilt, order)
+    plant = Plant(rebuilt, helm, 1.0, step_for(fit.vessel.length), order.log or "", order.helm_rate)
+    plant, said = _approach(plant, order, bool(fit.typical_inputs))
+    return _turned_to_starboard(plant, order), notes + said
+
+
+def _belongs(active: Active, order: Order) -> bool:
+    effect = active.effect
+    if effect.place in _LOGGING or effect.rewire:
+        return False
+    return order.conditions or effect.name not in _WEATHER
+
+
+def _extrapolation(rebuilt: Rebuilt, order: Order) -> list[str]:
+    model = rebuilt.structure.model
+    if "u" not in model.predicts:
+        if order.kind == "stopping":
+            raise UsageError(f"stopping: the model '{model.name}' has no surge equation.")
+        return [f"The model '{model.name}' has no surge equation: the speed stays as it is, drift is zero."]
+    return ["Thrust astern is an extrapolation where no log had it."] if order.kind == "stopping" else []
+
+
+def _approach(plant: Plant, order: Order, typical: bool) -> tuple[Plant, list[str]]:
+    """Speed and throttle of the approach."""
+    length = plant.rebuilt.structure.vessel.length
+    froude = FROUDE * math.sqrt(GRAVITY * length)
+    if order.speed is None and typical:
+        speed = balanced_speed(plant, 15.0 * froude)
+        if speed is not None:
+            return replace(plant, speed=speed), []
+    speed = order.speed or froude
+    said = (
+        []
+        if order.speed
+        else [f"No speed was given and none is known: {speed:.3g} m/s (Froude number {FROUDE})."]
+    )
+    plant = replace(plant, speed=speed)
+    if not driven(plant.helm.inputs) or "u" not in plant.rebuilt.structure.model.predicts:
+        return plant, said
+    factor = throttle_for(plant, speed)
+    if factor is None:
+        return plant, [
+            *said,
+            f"No thrust holds {speed:.3g} m/s: the run begins there and finds a speed of its own.",
+        ]
+    ahead = {n: factor * v for n, v in plant.helm.ahead.items()}
+    return replace(plant, helm=replace(plant.helm, ahead=ahead)), said
+
+
+def _turned_to_starboard(plant: Plant, order: Order) -> Plant:
+    """The plant with the sign of its helm such that positive turns to starboard."""
+    if not plant.helm.steers:
+        return plant
+    time = 3.0 * plant.rebuilt.structure.vessel.length / plant.speed
+    small = min(order.helm, math.radians(10.0)) or math.radians(10.0)
+    both = [sail(plant, [(0.0, s * small, 1.0)], time).states[-1, 2] for s in (1.0, -1.0)]
+    sign = 1.0 if not both[0] < both[1] else -1.0
+    return replace(plant, helm=replace(plant.helm, sign=sign))
+
+
+def perform(plant: Plant, order: Order) -> tuple[Track, dict[str, float]]:
+    """Run the manoeuvre once; its track and measures."""
+    if order.kind == "zigzag":
+        zigzag = run_zigzag(plant, order)
+        return zigzag.track, measure_zigzag(zigzag, order)
+    run, measure = {
+        "circle": (run_circle, measure_circle),
+        "spiral": (run_spiral, measure_spiral),
+        "stopping": (run_stopping, measure_stopping),
+    }[order.kind]
+    track = run(plant, order)
+    return track, measure(track, order)
+
+
+def draw(rebuilt: Rebuilt, count: int, seed: int) -> FloatArray:
+    """Parameter vectors (count, np) from their covariance, within their bounds."""
+    rng = np.random.default_rng(seed)
+    values, vectors = np.linalg.eigh(rebuilt.covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = rebuilt.p + rng.standard_normal((count, len(rebuilt.p))) @ root.T
+    low, high = (np.array([s.parameter.bounds[k] for s in rebuilt.structure.slots]) for k in (0, 1))
+    return np.asarray(np.clip(drawn, low, high), dtype=float)
+
+
+def _uncertainty(plant: Plant, order: Order, seed: int) -> tuple[dict[str, FloatArray], FloatArray, float]:
+    """Measures (k,) over draws, tracks of the first of them, and the share that failed."""
+    found: dict[str, list[float]] = {}
+    tracks, failed = [], 0
+    for p in draw(plant.rebuilt, order.samples, seed):
+        track, values = perform(plant.with_parameters(p), order)
+        good = track.finite and any(math.isfinite(v) for v in values.values())
+        failed += not good
+        if good:
+            tracks.append(track.states[:, :2])
+            for name, value in values.items():
+                found.setdefault(name, []).append(value)
+    shown = _padded(tracks[:30])
+    return {n: np.array(v) for n, v in found.items()}, shown, failed / max(order.samples, 1)
+
+
+def _padded(tracks: list[FloatArray]) -> FloatArray:
+    longest = max((len(t) for t in tracks), default=0)
+    out = np.full((len(tracks), longest, 2), np.nan)
+    for row, track in zip(out, tracks, strict=True):
+        row[: len(track)] = track
+    return out
+
+
+def _measure(name: str, value: float, draws: FloatArray, limit: float | None) -> Measure:
+    draws = draws[np.isfinite(draws)]
+    if len(draws) < 10:
+        return Measure(name, value, UNITS[name], limit=limit)
+    low, high = np.percentile(draws, [2.5, 97.5])
+    return Measure(name, value, UNITS[name], float(draws.std(ddof=1)), float(low), float(high), limit)

@@ -1,0 +1,103 @@
+"""``seatrial simulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from identify.simulate import Manoeuvre, Measure, Order
+
+#: What is done where nothing was asked for.
+STANDARD = ("zigzag 10/10", "zigzag 20/20", "circle 35", "stopping")
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="model.json, or the results folder that holds it.")],
+    manoeuvre: Annotated[
+        list[str] | None,
+        typer.Argument(help="zigzag 20/20, circle 35, spiral, stopping [default: the standard ones]."),
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(min=0.0, help="Approach speed, m/s [default: as in the logs].")
+    ] = None,
+    helm_rate: Annotated[float | None, typer.Option(min=0.0, help="Rate of the helm, deg/s.")] = None,
+    port: Annotated[bool, typer.Option("--port", help="To port (first).")] = False,
+    log: Annotated[str | None, typer.Option(help="Log whose loading and depth hold.")] = None,
+    conditions: Annotated[
+        bool, typer.Option("--conditions", help="Keep the current and the wind that were found.")
+    ] = False,
+    samples: Annotated[int, typer.Option(min=0, help="Draws for the uncertainty.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same draws.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Plot of the tracks (.png, .svg or .pdf).")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the measures as JSON, SI units.")] = False,
+) -> None:
+    """Run an identified model through standard manoeuvres and print the IMO measures.
+
+    Examples
+    --------
+        seatrial simulate trials/results
+
+        seatrial simulate model.json "zigzag 10/10" "circle 35" --speed 2.5 --out tracks.svg
+    """
+    import dataclasses
+    import json as text
+
+    from identify.simulate import parse_order, simulate
+    from seatrial.models import load_model
+    from seatrial.operating_point import with_operating_point
+
+    fit = with_operating_point(load_model(model), model)
+    changes = {"speed": speed or None, "log": log, "conditions": conditions, "samples": samples}
+    orders = [
+        dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
+        for m in manoeuvre or _possible(fit.inputs)
+    ]
+    done = [simulate(fit, order, seed) for order in orders]
+    if out is not None:
+        from seatrial.manoeuvre_plot import plot_manoeuvres
+
+        plot_manoeuvres(done, fit.vessel.length, out)
+    if json:
+        typer.echo(text.dumps([_as_data(m) for m in done], indent=1, ensure_ascii=False))
+        return
+    from seatrial.cli.manoeuvre_tables import manoeuvre_tables
+    from seatrial.cli.tables import say
+
+    for m in done:
+        say(*manoeuvre_tables(m, fit.vessel.length))
+
+
+def _possible(inputs: tuple[object, ...]) -> tuple[str, ...]:
+    """The standard manoeuvres that a vessel with these inputs can do."""
+    thrust = any(getattr(i, "kind", "") in ("propeller", "thruster") for i in inputs)
+    return STANDARD if thrust else STANDARD[:-1]
+
+
+def _with(order: Order, port: bool, helm_rate: float | None) -> Order:
+    import dataclasses
+    import math
+
+    return dataclasses.replace(
+        order, side=-1 if port else order.side, helm_rate=math.radians(helm_rate) if helm_rate else None
+    )
+
+
+def _as_data(m: Manoeuvre) -> dict[str, object]:
+    return {
+        "manoeuvre": m.order.title,
+        "speed": m.speed,
+        "measures": [_number(x) for x in m.measures],
+        "failed": m.failed,
+        "notes": list(m.notes),
+    }
+
+
+def _number(m: Measure) -> dict[str, object]:
+    import math
+
+    values = {k: getattr(m, k) for k in ("value", "stderr", "low", "high", "limit")}
+    finite = {k: v if v is not None and math.isfinite(v) else None for k, v in values.items()}
+    return {"name": m.name, "unit": m.unit, **finite}
