@@ -80,8 +80,8 @@ def rollout(
     for i in range(n):
         factors(z, channels[i], slopes[i], 0.0 if euler else -1.0, wind[i], current, u0, q)
         derivative(z, current, equation, which, product, coefficients, q, k1)
-        states[i] = z
-        rates[i] = k1
+        for j in range(NX):  # an assignment of whole rows would take seconds to compile
+            states[i, j], rates[i, j] = z[j], k1[j]
         if euler:
             for j in range(NX):
                 z[j] += h * k1[j]
@@ -105,13 +105,13 @@ def rollout(
             good = good and abs(z[j]) < 1e3
         if not good:
             for k in range(i + 1, n + 1):
-                states[k] = np.nan
-                rates[k] = np.nan
+                for j in range(NX):
+                    states[k, j] = rates[k, j] = np.nan
             return i
     factors(z, channels[n - 1], slopes[n - 1], 1.0, wind[n - 1], current, u0, q)
     derivative(z, current, equation, which, product, coefficients, q, k1)
-    states[n] = z
-    rates[n] = k1
+    for j in range(NX):
+        states[n, j], rates[n, j] = z[j], k1[j]
     return n
 
 
@@ -296,8 +296,10 @@ def sensitivities(
         row = n - 1 if last else i
         for stage in range(stages):
             if stage == 0:
-                zz[:] = z
-                ss[:, :] = s
+                for j in range(NX):
+                    zz[j] = z[j]
+                    for d in range(nd):
+                        ss[j, d] = s[j, d]
             else:
                 a = h if stage == 3 else 0.5 * h
                 for j in range(NX):
@@ -322,15 +324,18 @@ def sensitivities(
                 jacobian,
                 by_channel,
             )
-            ks[stage] = f
+            for j in range(NX):
+                ks[stage, j] = f[j]
             tangent(zz, ss, phi, jacobian, by_channel, simple, equation_of, d_coefficient, d_channel[row],
                     d_slope[row], part, d_current, kd[stage])  # fmt: skip
             if stage == 0:
-                states[i] = z
-                rates[i] = f
-                s_all[i] = s
-                f_all[i] = kd[0]
-                by_all[row] = by_channel[:3, :nc]
+                for j in range(NX):
+                    states[i, j], rates[i, j] = z[j], f[j]
+                    for d in range(nd):
+                        s_all[i, j, d], f_all[i, j, d] = s[j, d], kd[0, j, d]
+                for j in range(3):
+                    for k in range(nc):
+                        by_all[row, j, k] = by_channel[j, k]
                 if last:
                     return n
         good = True

@@ -97,13 +97,15 @@ def _predict(m, p, dt, q, work):  # type: ignore[no-untyped-def]  # noqa: ANN001
 
 @njit(cache=True)
 def _restart(m, p, i, order, value, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    m[:] = 0.0
-    p[:] = 0.0
-    for j in range(3):
-        p[j, j] = prior[j]
+    for j in range(3):  # an assignment of whole rows would take seconds to compile
+        for k in range(m.shape[1]):
+            m[j, k] = 0.0
+        for k in range(3):
+            p[j, k] = prior[j] if j == k else 0.0
     for j in range(i, len(order)):
         if order[j] == 0:
-            m[0, :] = value[j]
+            for k in range(m.shape[1]):
+                m[0, k] = value[j, k]
             break
 
 
@@ -153,8 +155,11 @@ def _forward(t, order, value, variance, fresh, scale, q, prior, means, covarianc
             _restart(m, p, i, order, value, prior)
         else:
             _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
-        means[i] = m
-        covariances[i] = p
+        for j in range(3):
+            for k in range(m.shape[1]):
+                means[i, j, k] = m[j, k]
+            for k in range(3):
+                covariances[i, j, k] = p[j, k]
         if order[i] >= 0:
             _update(m, p, order[i], value[i], variance[i], gain)
 

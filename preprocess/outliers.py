@@ -49,8 +49,10 @@ def _solve(a, b, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 @njit(cache=True)
 def _weighted(z, y, w, a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    a[:] = 0.0
-    b[:] = 0.0
+    for k in range(5):
+        a[k] = 0.0
+    for k in range(3):
+        b[k] = 0.0
     for j in range(len(z)):
         power = w[j]
         for k in range(5):
@@ -61,29 +63,47 @@ def _weighted(z, y, w, a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, A
 
 
 @njit(cache=True)
+def _median(values, scratch):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Median of a handful of values by insertion, which compiles at once; ``scratch`` is as long or longer."""
+    n = len(values)
+    for j in range(n):
+        value, k = values[j], j
+        while k > 0 and scratch[k - 1] > value:
+            scratch[k] = scratch[k - 1]
+            k -= 1
+        scratch[k] = value
+    return 0.5 * (scratch[(n - 1) // 2] + scratch[n // 2])
+
+
+@njit(cache=True)
 def _local_fit(t, x, half, rounds, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Residual of each sample from a robust local quadratic through its neighbours (itself left out)."""
     n = len(t)
     a, b, c3 = np.zeros(5), np.zeros(3), np.zeros(3)
+    scratch = np.empty(2 * half)
     for i in range(n):
         low, high = max(0, i - half), min(n, i + half + 1)
-        z, y, w = np.empty(high - low - 1), np.empty(high - low - 1), np.ones(high - low - 1)
-        c = 0
+        size = high - low - 1
+        z, y, w = np.empty(size), np.empty(size), np.empty(size)
+        fit, away = np.empty(size), np.empty(size)
+        c, scale_t = 0, 1e-9
         for j in range(low, high):
             if j != i:
-                z[c], y[c] = t[j] - t[i], x[j]
+                z[c], y[c], w[c] = t[j] - t[i], x[j], 1.0
+                scale_t = max(scale_t, abs(z[c]))
                 c += 1
-        scale_t = max(np.max(np.abs(z)), 1e-9)
-        z /= scale_t
-        centre = np.median(y)
-        fit = y - centre
+        centre = _median(y, scratch)
+        for j in range(size):
+            z[j] /= scale_t
+            y[j] -= centre
         for round_ in range(rounds):
-            _weighted(z, y - centre, w, a, b)
+            _weighted(z, y, w, a, b)
             _solve(a, b, c3)
-            for j in range(len(z)):
-                fit[j] = y[j] - centre - c3[0] - c3[1] * z[j] - c3[2] * z[j] * z[j]
-            s = 1.4826 * np.median(np.abs(fit)) + 1e-12
-            for j in range(len(z)):
+            for j in range(size):
+                fit[j] = y[j] - c3[0] - c3[1] * z[j] - c3[2] * z[j] * z[j]
+                away[j] = abs(fit[j])
+            s = 1.4826 * _median(away, scratch) + 1e-12
+            for j in range(size):
                 q = fit[j] / (4.0 * s)
                 if round_ == 0:
                     w[j] = 1.0 / max(abs(fit[j]) / s, 0.5)
@@ -112,7 +132,7 @@ def local_residual(t: FloatArray, x: FloatArray, half: int = HALF_WINDOW, rounds
     """
     out = np.zeros(len(t))
     if len(t) >= 6:
-        _local_fit(np.asarray(t, float), np.asarray(x, float), half, rounds, out)
+        _local_fit(np.ascontiguousarray(t, float), np.ascontiguousarray(x, float), half, rounds, out)
     return out
 
 

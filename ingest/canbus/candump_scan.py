@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numba import njit
+from numba import int64, njit
 from numpy.typing import NDArray
 
 #: Kinds of record. A doubtful frame is not followed by a line end: it is glued, or the file ends.
@@ -226,7 +226,8 @@ def appended(spans: NDArray[np.int64], count: int, start: int, end: int) -> NDAr
     """The array with a span at place ``count``; twice as long where it was full."""
     if count == len(spans):
         longer = np.empty((2 * count, 2), np.int64)
-        longer[:count] = spans
+        for k in range(count):
+            longer[k, 0], longer[k, 1] = spans[k, 0], spans[k, 1]
         spans = longer
     spans[count, 0], spans[count, 1] = start, end
     return spans
@@ -251,8 +252,9 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     data = np.zeros((most, 8), np.uint8)
     names = np.empty((MOST_CHANNELS, 2), np.int64)
     spans, damaged = np.empty((64, 2), np.int64), np.empty((64, 2), np.int64)
-    n, i, k, channels, doubts, holes, other = len(text), 0, 0, 0, 0, 0, 0
-    bad = -1  # where the damaged stretch that is under way began
+    zero = int64(0)  # a plain 0 would compile all that follows for that constant too
+    n, i, k, channels, doubts, holes, other = len(text), zero, zero, zero, zero, zero, zero
+    bad = zero - 1  # where the damaged stretch that is under way began
     while i < n:
         kind, end = NOTHING, i
         if text[i] == OPEN:

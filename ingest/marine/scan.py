@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from ingest.compiled import compiled
@@ -182,7 +183,7 @@ def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray
     size = len(data) // 40 + 16
     kinds, starts, ends = np.empty(size, np.uint8), np.empty(size, np.int64), np.empty(size, np.int64)
     table = _crc24_table()
-    count, p = 0, 0
+    count, p = 0, int64(0)  # a plain 0 would compile all that follows for that constant too
     while p < len(data):
         c, end, kind = data[p], 0, NMEA
         if c in (_DOLLAR, _BANG):
@@ -207,7 +208,8 @@ def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray
 @compiled
 def _grown(array, size):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     larger = np.empty(size, array.dtype)
-    larger[: len(array)] = array
+    for i in range(len(array)):
+        larger[i] = array[i]
     return larger
 
 
@@ -232,7 +234,8 @@ def _between(
             if count == size:
                 size *= 2
                 larger = np.empty((size, 2), np.int64)
-                larger[:count] = damage[:count]
+                for k in range(count):
+                    larger[k, 0], larger[k, 1] = damage[k, 0], damage[k, 1]
                 damage = larger
             damage[count, 0], damage[count, 1] = first, last
             count += 1
