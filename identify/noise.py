@@ -19,6 +19,10 @@ from identify.windows import Moments, Problem
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A lone error of more than this many times the stream's own size is an outlier; its σ is multiplied by ``ASIDE``.
+WILD, ASIDE = 7.0, 1e4
+#: Time lags at which errors are told smooth from rough, s.
+SMOOTH_LAGS = (1.5, 4.5)
 #: Autocorrelation is summed over at most this time, s.
 MEMORY = 8.0
 
@@ -62,6 +66,30 @@ def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:last].sum(), 0.0)))
 
 
+def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
+    """How smooth the slow part of a stream's errors is: 1 as the answer to a force, 0 as a random walk or noise.
+
+    The increments' variance, white noise taken off, grows with the lag to the power 2 for a smooth error and with the
+    power 1 for a wander (first-order Gauss-Markov noise).
+    """
+    short, long = (_increments(problem, moments, kind, lag) for lag in SMOOTH_LAGS)
+    white = 2.0 * (white_ratio(problem, moments, kind)) ** 2
+    if short is None or long is None or long - white <= 0.05 * white:
+        return 0.0
+    power = np.log((long - white) / max(short - white, 1e-3 * white)) / np.log(SMOOTH_LAGS[1] / SMOOTH_LAGS[0])
+    return float(np.clip(1.5 * (power - 1.1), 0.0, 1.0))
+
+
+def _increments(problem: Problem, moments: Moments, kind: int, lag: float) -> float | None:
+    """Mean square of the errors' increments over a time lag, s."""
+    squares = []
+    for t, e in errors_by_stream(problem, moments, kind):
+        k = max(1, round(lag / float(np.median(np.diff(t)))))
+        if len(e) > 2 * k:
+            squares.append(((e[k:] - e[:-k]) ** 2).ravel())
+    return float(np.mean(np.concatenate(squares))) if squares else None
+
+
 def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     """Root mean square of a stream's errors, over the σ that they were weighted with."""
     errors = [e for _, e in errors_by_stream(problem, moments, kind)]
@@ -77,8 +105,26 @@ def calibrated(problem: Problem, solution: Solution) -> Problem:
     white = np.maximum(white, 1e-6)
     inflation = np.maximum(size / white, 1.0)
     dispersion = np.maximum(slow / (white * inflation), 1.0)
-    stretches = tuple(_scaled(s, white) for s in problem.stretches)
+    wild = wild_samples(problem, solution.moments, inflation * white)
+    stretches = tuple(_scaled(s, white, wild.get(k)) for k, s in enumerate(problem.stretches))
     return replace(problem, stretches=stretches, inflation=inflation, dispersion=dispersion)
+
+
+def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[int, FloatArray]:
+    """Per stretch: times of lone samples that no model near the noise can explain (outliers that came through)."""
+    found: dict[int, list[FloatArray]] = {}
+    for w, residual in zip(problem.windows, moments.residuals, strict=True):
+        samples = problem.stretches[w.stretch].samples
+        kind = samples.kind[w.samples]
+        scale = np.maximum(size[kind] / problem.inflation[kind], 1e-9)
+        for k in np.unique(kind):
+            mine = np.nonzero(kind == k)[0]
+            error = np.abs(residual[mine]).max(axis=1) / scale[mine]
+            around = np.maximum(np.roll(error, 1), np.roll(error, -1))
+            lone = (error > WILD) & (error > 2.0 * around)
+            if lone.any() and lone.mean() < 0.05:
+                found.setdefault(w.stretch, []).append(w.samples.start + mine[lone])
+    return {k: np.concatenate(v) for k, v in found.items()}
 
 
 def dispersed_cost(problem: Problem, solution: Solution) -> float:
@@ -90,6 +136,9 @@ def dispersed_cost(problem: Problem, solution: Solution) -> float:
     return total
 
 
-def _scaled(stretch: Stretch, factor: FloatArray) -> Stretch:
+def _scaled(stretch: Stretch, factor: FloatArray, wild: FloatArray | None = None) -> Stretch:
     samples = stretch.samples
-    return replace(stretch, samples=replace(samples, sigma=samples.sigma * factor[samples.kind]))
+    sigma = samples.sigma * factor[samples.kind]
+    if wild is not None:
+        sigma[wild] *= ASIDE
+    return replace(stretch, samples=replace(samples, sigma=sigma))

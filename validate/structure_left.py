@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.base_fit import Fitted
 from identify.drive import Drive, drive
+from identify.noise import smoothness
 from identify.output_error import Prior, information_of, solve
 from identify.predict import run, shown
 from identify.stretch import KIND, Stretch
@@ -39,20 +40,50 @@ def window_errors(fitted: Fitted, p: FloatArray, first: FloatArray, which: Seque
 def structured_share(fitted: Fitted) -> dict[str, float]:
     """Per channel: structured part of the windows' prediction error over the channel's standard deviation.
 
-    The smoother's own variance is taken off, and of what is left the part that white sensor noise can account for:
-    where the errors of the raw measurements are white, nothing is left.
+    Taken off are the smoother's own variance, what the sampling of the inputs leaves open, and the part of what is
+    left that noise of the sensors can account for, white or wandering: where the errors of the raw measurements are
+    white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left.
     """
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
+    variance = variance + _from_input_timing(fitted)
     spread = np.vstack([s.states[:, 3:6] for s in fitted.problem.stretches]).std(axis=0) + 1e-12
     left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
+    smooth = {KIND[s]: smoothness(fitted.problem, fitted.solution.moments, KIND[s]) for s in KIND}
     predicts = fitted.solution.structure.model.predicts
     return {
-        c: float(left[j] * np.sqrt(max(slow[KIND[s]] for s in kinds[c]))) if c in predicts else 0.0
+        c: float(left[j] * np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c]))) if c in predicts else 0.0
         for j, c in enumerate(("u", "v", "r"))
     }
+
+
+def _from_input_timing(fitted: Fitted, draws: int = 3, seed: int = 0) -> FloatArray:
+    """Variance (3,) of u, v, r over windows because an input's change may have come any time between two samples."""
+    rng = np.random.default_rng(seed)
+    structure, problem, solution = fitted.solution.structure, fitted.problem, fitted.solution
+    square, n = np.zeros(3), 0
+    for number, stretch in enumerate(problem.stretches):
+        windows = [k for k, w in enumerate(problem.windows) if w.stretch == number]
+        plain = drive(structure, solution.p, stretch)
+        for _ in range(draws):
+            moved = drive(structure, solution.p, _with_other_times(stretch, rng))
+            for k in windows:
+                w = problem.windows[k]
+                one, other = (run(structure, d, stretch, solution.first[k], w.first, w.steps) for d in (plain, moved))
+                difference = (one - other)[:, 3:6]
+                square += np.nansum(np.minimum(difference**2, 1e2), axis=0)
+                n += len(difference)
+    return np.asarray(square / max(n, 1), dtype=float)
+
+
+def _with_other_times(stretch: Stretch, rng: np.random.Generator) -> Stretch:
+    """The stretch with every logged change of an input up to half an interval earlier or later."""
+    inputs = {
+        name: replace(m, t=m.t + rng.uniform(-0.5, 0.5, len(m.t)) * m.sample_time) for name, m in stretch.inputs.items()
+    }
+    return replace(stretch, inputs=inputs)
 
 
 def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
