@@ -1,0 +1,121 @@
+"""Regression estimators with their hyper-parameters chosen by any optimiser, and the weak form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from identify.base_fit import Fitted, null_parameters
+from identify.by_optimiser import with_states
+from identify.estimators import ESTIMATORS, Estimate
+from identify.estimators.tuning import Hyper, tune
+from identify.optimisers import OPTIMISERS
+from identify.prepare import Prepared
+from identify.regression import accelerations, regressors
+from identify.stretch import Stretch
+from identify.structure import Structure
+from preprocess.weak_form import weak_form
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Evaluations of a search for hyper-parameters, each a whole cross-validation.
+BUDGET = 40
+#: Seconds on both sides of a held-out block that are not used for the fit either.
+GAP = 2.0
+#: Half the length of a test function of the weak form, in steps.
+HALF_STEPS = 15
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A regression problem: ``design`` (n, terms), ``target`` (n, 3), ``groups`` (n,) the stretch of each row."""
+
+    design: FloatArray
+    target: FloatArray
+    groups: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+def rows_of(structure: Structure, p: FloatArray, stretches: tuple[Stretch, ...], weak: bool = False) -> Rows:
+    """The rows of the regression: at every step, or one per test function of the weak form."""
+    made = [(_weak if weak else _strong)(structure, p, s) for s in stretches]
+    sizes = [len(t) for _, t in made]
+    return Rows(
+        np.vstack([d for d, _ in made]),
+        np.vstack([t for _, t in made]),
+        np.repeat(np.arange(len(made)), sizes),
+    )
+
+
+def _strong(structure: Structure, p: FloatArray, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+    return regressors(structure, p, stretch), accelerations(stretch)
+
+
+def _weak(structure: Structure, p: FloatArray, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+    """Integrals against test functions: no acceleration is needed (Messenger and Bortz 2021)."""
+    middle = stretch.grid[:-1] + 0.5 * stretch.h
+    form = weak_form(middle, min(HALF_STEPS, (stretch.steps - 2) // 2) * stretch.h)
+    velocities = 0.5 * (stretch.states[1:, 3:6] + stretch.states[:-1, 3:6])
+    return form.values @ regressors(structure, p, stretch), -(form.derivatives @ velocities)
+
+
+def equations_of(structure: Structure) -> Iterator[tuple[int, list[int], list[int]]]:
+    """Per equation that has any: its number, its slots, and their columns in the design."""
+    for equation in range(3):
+        mine = [
+            k
+            for k, s in enumerate(structure.slots)
+            if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
+        ]
+        if mine:
+            yield equation, mine, [structure.slots[k].coefficient for k in mine]
+
+
+def fit_by_tuning(
+    prepared: Prepared, estimator: str, optimiser: str = "auto", seed: int = 0
+) -> tuple[Fitted, FloatArray, str]:
+    """Coefficients by a regression estimator, equation by equation.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    estimator : str
+        Of ``identify.estimators.ESTIMATORS``, or ``weak_form``.
+    optimiser : str
+        That which chooses the hyper-parameters by cross-validation; ``auto`` leaves them to the estimator.
+    seed : int
+
+    Returns
+    -------
+    fitted : Fitted
+    covariance : (np, np)
+        As the estimators give it.
+    said : str
+        How the estimation ended.
+    """
+    structure = prepared.structure
+    p = null_parameters(structure)
+    weak = estimator == "weak_form"
+    rows = rows_of(structure, p, prepared.identify, weak)
+    gap = round(GAP / (prepared.identify[0].h * (HALF_STEPS / 2 if weak else 1)))
+    covariance, said = np.zeros((len(p), len(p))), ""
+    for equation, mine, columns in equations_of(structure):
+        data = rows.design[:, columns], rows.target[:, equation], rows.groups
+        found = _estimate("ls" if weak else estimator, optimiser, data, gap, seed)
+        p[mine] = np.nan_to_num(found.theta)
+        covariance[np.ix_(mine, mine)] = found.covariance
+        said = found.stopped
+    low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
+    return with_states(prepared, np.clip(p, low, high)), covariance, said
+
+
+def _estimate(estimator: str, optimiser: str, data: tuple[Any, Any, Any], gap: int, seed: int) -> Estimate:
+    chosen = ESTIMATORS[estimator]
+    if optimiser == "auto" or not chosen.hyper:
+        return chosen.fit(data[0], data[1], groups=data[2])
+    space = [Hyper(name, low, high) for name, (low, high) in chosen.hyper.items()]
+    return tune(
+        chosen, OPTIMISERS[optimiser], lambda _: data, space, budget=BUDGET, seed=seed, gap=gap
+    ).estimate

@@ -1,0 +1,192 @@
+"""``auto``: the simplest model that the data support, by prediction of parts that the fit has not seen.
+
+Everything happens inside the logs to identify on. Every model whose inputs the vessel has is fitted to all of them
+over short windows, in which even a poor model cannot run far; then each part is left out in turn, the parameters are
+fitted again from there, and the part is predicted over long windows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.drive import drive
+from identify.models import MODEL_BY_NAME, terms_for
+from identify.output_error import solve
+from identify.predict import run, shown, true_first_state
+from identify.prepare import Prepared, prepare
+from identify.stretch import Stretch
+from identify.structure import Structure
+from identify.windows import Problem
+from ingest.errors import NotIdentifiable
+from preprocess.trial import Trial
+from preprocess.vessel import Input, Vessel
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Models that predict all of u, v, r, by number of terms; the discrete one is another form of its neighbour.
+CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "abkowitz")
+#: A model is as good as the best where its error is no more than this share larger.
+AS_GOOD = 0.02
+#: Length of the windows that are fitted, s.
+ROUGH = 10.0
+#: At most so many parts are left out in turn.
+MOST_PARTS = 5
+#: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
+CAP = 3.0
+
+
+@dataclass(frozen=True)
+class Considered:
+    """A model that was tried.
+
+    Attributes
+    ----------
+    name : str
+    terms : int
+    error : float
+        Root mean square over u, v, r of the prediction error of unseen parts, in units of each channel's spread.
+    parts : tuple of float
+        The same per part.
+    note : str
+        Why it was not tried, or nothing.
+    """
+
+    name: str
+    terms: int
+    error: float
+    parts: tuple[float, ...] = ()
+    note: str = ""
+
+
+def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Considered, ...]]:
+    """Choose the simplest model that predicts unseen parts within 2 % of the best.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        Those with role identify are used.
+    seed : int
+        For symmetry with other choices; nothing here is random.
+
+    Returns
+    -------
+    name : str
+    table : tuple of Considered
+        Best first; models that the inputs cannot drive come last with a note.
+
+    Raises
+    ------
+    NotIdentifiable
+        Where no model can be fitted.
+    """
+    del seed
+    used = [t for t in trials if t.role == "identify"]
+    if not used:
+        raise NotIdentifiable("no log has the role identify.")
+    found = [_considered(used, name) for name in CONSIDERED]
+    ranked = tuple(sorted(found, key=lambda c: (not np.isfinite(c.error), c.error)))
+    if not np.isfinite(ranked[0].error):
+        raise NotIdentifiable("none of the models could be fitted to these logs.")
+    return simplest(ranked), ranked
+
+
+def simplest(ranked: Sequence[Considered]) -> str:
+    """The one with fewest terms among those as good as the best."""
+    best = ranked[0].error
+    good = [c for c in ranked if c.error <= (1.0 + AS_GOOD) * best]
+    return min(good, key=lambda c: (c.terms, c.error)).name
+
+
+def missing_inputs(name: str, vessel: Vessel, inputs: tuple[Input, ...]) -> str:
+    """Why the inputs cannot drive a model; nothing where they can."""
+    kinds = {i.kind for i in inputs}
+    model = MODEL_BY_NAME[name]
+    wants_rudder = any("δ" in t for t in (*model.sway, *model.yaw))
+    if wants_rudder and "rudder" not in kinds:
+        return "no rudder"
+    if wants_rudder and kinds & {"azimuth", "tunnel"}:
+        return "has no place for azimuths and tunnels"
+    terms, _ = terms_for(model, vessel, inputs)
+    driven = {t.dof for t in terms if t.role in ("thrust", "rudder")}
+    return "" if "r" in driven else "nothing turns it: positions are missing"
+
+
+def _considered(trials: Sequence[Trial], name: str) -> Considered:
+    first = trials[0]
+    note = missing_inputs(name, first.vessel, first.inputs_declared)
+    if note:
+        return Considered(name, 0, np.inf, (), note)
+    prepared = prepare(trials, name)
+    terms = len(prepared.structure.setting.terms)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=ROUGH, rounds=0)
+    if not np.isfinite(fitted.solution.cost):
+        return Considered(name, terms, np.inf, (), "ran away")
+    squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
+    total = sum(s for s, _ in squares) / max(sum(n for _, n in squares), 1)
+    return Considered(
+        name, terms, float(np.sqrt(total)), tuple(float(np.sqrt(s / max(n, 1))) for s, n in squares)
+    )
+
+
+def parts_of(problem: Problem) -> list[list[int]]:
+    """Windows by log where there are two logs or more (short ones joined to five parts), else thirds of the one."""
+    names = [problem.stretches[w.stretch].name for w in problem.windows]
+    distinct = list(dict.fromkeys(names))
+    if len(distinct) < 2:
+        return [list(map(int, part)) for part in np.array_split(np.arange(len(names)), 3) if len(part)]
+    group = {n: k % MOST_PARTS for k, n in enumerate(distinct)}
+    return [[k for k, n in enumerate(names) if group[n] == g] for g in range(min(len(distinct), MOST_PARTS))]
+
+
+def _left_out(prepared: Prepared, fitted: Fitted, part: list[int]) -> tuple[float, int]:
+    """Squared error and number of samples of the windows in ``part``, by a fit to the others."""
+    problem, solution = fitted.problem, fitted.solution
+    rest = [k for k in range(len(problem.windows)) if k not in set(part)]
+    fewer = replace(problem, windows=tuple(problem.windows[k] for k in rest))
+    tolerance = 1e-3 * solution.cost
+    again = solve(
+        fewer,
+        solution.structure,
+        solution.p,
+        solution.first[rest],
+        fitted.prior,
+        budget=6,
+        tolerance=tolerance,
+    )
+    spread = np.vstack([s.states[:, 3:6] for s in prepared.identify]).std(axis=0) + 1e-9
+    errors = [_errors(solution.structure, again.p, s, a, n) / spread for s, a, n in spans(problem, part)]
+    stacked = np.vstack(errors)
+    capped = np.clip(np.nan_to_num(stacked, nan=CAP), -CAP, CAP)
+    return float(np.sum(capped**2) / 3.0), len(capped)
+
+
+def spans(problem: Problem, part: list[int]) -> list[tuple[Stretch, int, int]]:
+    """Neighbouring windows joined to spans of about the length of a long window: stretch, first step, steps."""
+    joined: list[list[int]] = []
+    for k in part:
+        w = problem.windows[k]
+        stretch = problem.stretches[w.stretch]
+        longest = window_length(1.0) / stretch.h
+        last = joined[-1] if joined else None
+        if (
+            last
+            and last[0] == w.stretch
+            and last[1] + last[2] == w.first
+            and last[2] + w.steps <= 1.2 * longest
+        ):
+            last[2] += w.steps
+        else:
+            joined.append([w.stretch, w.first, w.steps])
+    return [(problem.stretches[s], first, steps) for s, first, steps in joined]
+
+
+def _errors(structure: Structure, p: FloatArray, stretch: Stretch, first: int, steps: int) -> FloatArray:
+    """Prediction less smoothed u, v, r (steps + 1, 3) over a span, from its first smoothed state."""
+    d = drive(structure, p, stretch)
+    start = true_first_state(structure, d, stretch.states[first])
+    predicted = shown(structure, d, stretch, run(structure, d, stretch, start, first, steps))
+    return np.asarray(predicted[:, 3:6] - stretch.states[first : first + steps + 1, 3:6], dtype=float)
