@@ -66,6 +66,22 @@ def test_a_ratio_named_on_the_other_of_a_pair_is_inverted() -> None:
     assert naming.true_values(true, named("thrust_asymmetry", "right"))["ratio"] == pytest.approx(1.25)
 
 
+def test_heavier_in_some_logs_is_lighter_in_the_others() -> None:
+    among = ["a", "b", "c"]
+    true = {
+        "name": "mass_change",
+        "input": None,
+        "parameters": {"ratio": 1.25},
+        "logs": ["a"],
+        "among": among,
+    }
+    others = named("mass_change", logs=["b", "c", "unseen"], among=among)
+    assert naming.same_cause(true, others)
+    assert naming.true_values(true, others)["ratio"] == pytest.approx(0.8)
+    assert naming.true_values(true, named("mass_change", logs=["a"], among=among))["ratio"] == 1.25
+    assert not naming.same_cause(true, named("mass_change", logs=["b"], among=among))
+
+
 def test_labels_are_those_of_the_look_alikes() -> None:
     slack = {"name": "actuator_deadband", "input": "left", "parameters": {}, "form": "play"}
     assert naming.label_of(slack) == "actuator_deadband (left, play)"
@@ -113,6 +129,8 @@ def test_a_case_without_an_answer_is_a_miss() -> None:
 def test_only_what_matters_and_can_be_told_apart_is_asked_for() -> None:
     faint = {"gain": 9.0, "raises": 1.1, "rivals": {}, "parameters": {}, "deviations": {}}
     assert not scores.detectable(record(oracle={"error": 1.0, "effects": [faint]}))
+    unseen = faint | {"raises": 3.0, "gain": 0.0}
+    assert not scores.detectable(record(oracle={"error": 1.0, "effects": [unseen]}))
     twin = faint | {"raises": 3.0, "rivals": {"wind": 1.0}}
     assert scores.detectable(record(oracle={"error": 1.0, "effects": [twin]}))
     assert not scores.told_apart(record(oracle={"error": 1.0, "effects": [twin]}))

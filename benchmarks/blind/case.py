@@ -6,16 +6,16 @@ import json
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.blind.naming import entry_of
 from benchmarks.blind.oracle import Truth, consult, prediction_error
 from fixtures.blind import draw_case, record_case, write_case
-from identify.fit import FittedEffect
 from seatrial.campaign import load_campaign
 from seatrial.pipeline import run
-from validate.diagnosis import Candidate, Diagnosis, Results, Round
+from validate.diagnosis import Candidate, Results, Round, TakenEffect
 
 #: Candidates of each round that a record keeps.
 KEPT = 6
@@ -38,10 +38,14 @@ def steps_of(seed: int, kind: str | None, keep: Path | None, oracle: bool) -> It
             **{k: told[k] for k in TOLD},
         }
         results, spent = _answer(case)
-        yield answer_of(results) | spent
+        among = sorted({t.name for t in results.trials if t.role == "identify"})
+        effects = [e | {"among": among} if "logs" in e else e for e in told["effects"]]  # type: ignore[attr-defined]
+        yield answer_of(results) | spent | {"truth": effects}
         if oracle:
-            effects = tuple(told["effects"]) if told["kind"] != "outside" else ()  # type: ignore[arg-type]
-            truth = Truth(results.trials, str(told["declared_model"]), effects, tuple(record_case(drawn)))
+            effects = effects if told["kind"] != "outside" else []
+            truth = Truth(
+                results.trials, str(told["declared_model"]), tuple(effects), tuple(record_case(drawn))
+            )
             yield {"oracle": consult(truth)}
     finally:
         if keep is None:
@@ -62,10 +66,11 @@ def answer_of(results: Results) -> dict[str, Any]:
     diagnosis = results.diagnosis
     if diagnosis is None:
         raise ValueError("the loop did not run")
+    among = sorted({t.name for t in results.trials if t.role == "identify"})
     before, after = results.validation_before, results.validation_after
     return {
         "verdict": diagnosis.verdict.name.lower(),
-        "named": [_named(diagnosis, k) for k in range(len(diagnosis.effects))],
+        "named": [_named(taken, among) for taken in diagnosis.effects],
         "unexplained": {c: round(v, 4) for c, v in diagnosis.unexplained.items()},
         "rounds": [_round(r) for r in diagnosis.rounds],
         "errors": {"before": prediction_error(before), "after": prediction_error(after)},
@@ -76,16 +81,9 @@ def answer_of(results: Results) -> dict[str, Any]:
     }
 
 
-def _named(diagnosis: Diagnosis, k: int) -> dict[str, Any]:
-    taken = diagnosis.effects[k]
-    entry = entry_of(taken.fitted)
+def _named(taken: TakenEffect, among: Sequence[str]) -> dict[str, Any]:
+    entry = entry_of(taken.fitted, among)
     return entry | {"p_value": taken.p_value, "look_alikes": list(taken.look_alikes)}
-
-
-def entry_of(fitted: FittedEffect) -> dict[str, Any]:
-    """Return a fitted effect as data, as the truth is written."""
-    parameters = {e.name: [e.value, e.stderr] for e in fitted.parameters}
-    return {"name": fitted.name, "input": fitted.input, "parameters": parameters} | dict(fitted.options)
 
 
 def _round(turn: Round) -> dict[str, Any]:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from identify.fit import FittedEffect
+
 #: A record's entry of a true or a named effect: name, input, parameters and options.
 Entry = Mapping[str, Any]
 
@@ -23,7 +25,7 @@ def same_cause(true: Entry, named: Entry) -> bool:
         return False
     if any(sorted(_option(true, o)) != sorted(_option(named, o)) for o in ESSENTIAL):
         return False
-    return _same_input(true, named)
+    return _same_input(true, named) and (sides(true) == sides(named) or sides(true) == sides(named)[::-1])
 
 
 def _same_input(true: Entry, named: Entry) -> bool:
@@ -35,6 +37,15 @@ def _same_input(true: Entry, named: Entry) -> bool:
 def _option(entry: Entry, option: str) -> Sequence[str]:
     value = entry.get(option) or ()
     return (value,) if isinstance(value, str) else tuple(str(v) for v in value)
+
+
+def sides(entry: Entry) -> tuple[frozenset[str], frozenset[str]]:
+    """Return the logs to identify on in which an effect is, and in which it is not; none where it is in all.
+
+    That the vessel was heavier in some says the same as that it was lighter in the others.
+    """
+    mine, among = frozenset(_option(entry, "logs")), frozenset(_option(entry, "among"))
+    return mine & among, (among - mine if mine else frozenset())
 
 
 def label_of(entry: Entry) -> str:
@@ -60,6 +71,13 @@ def named_among(true: Entry, record: Mapping[str, Any]) -> bool:
     return any(same_cause(true, n) or alike(true, n["look_alikes"]) for n in record["named"])
 
 
+def entry_of(fitted: FittedEffect, among: Sequence[str]) -> dict[str, Any]:
+    """Return a fitted effect as data, as the truth is written; ``among``: the logs to identify on."""
+    parameters = {e.name: [e.value, e.stderr] for e in fitted.parameters}
+    entry = {"name": fitted.name, "input": fitted.input, "parameters": parameters} | dict(fitted.options)
+    return entry | ({"among": list(among)} if "logs" in entry else {})
+
+
 def deviations(true: Entry, named: Entry) -> dict[str, float]:
     """(value - truth) / standard error of every parameter that has a truth; only for the same cause."""
     truth = true_values(true, named)
@@ -74,7 +92,7 @@ def true_values(true: Entry, named: Entry) -> dict[str, float]:
     """Return the true parameters as they should be reported for the input and the logs that were named."""
     values = {k: float(v) for k, v in true["parameters"].items()}
     elsewhere = true["name"] == "thrust_asymmetry" and named.get("input") != true.get("input")
-    others = true["name"] == "mass_change" and _option(true, "logs") != _option(named, "logs")
+    others = sides(true) != sides(named)
     return {k: 1.0 / v for k, v in values.items()} if elsewhere or others else values
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.naming import Entry, apart
+from benchmarks.blind.naming import Entry, deviations, entry_of, sides
 from fixtures.campaign import Run
 from identify.base_fit import Fitted, fit_from_scratch, null_parameters, window_length
 from identify.effect import Active
@@ -75,9 +75,12 @@ def active_of(true: Entry, structure: Structure) -> Active | None:
 
 def _fits(true: Entry, active: Active) -> bool:
     options = {k: list(v) if isinstance(v, tuple) else v for k, v in active.variant.options.items()}
+    if "logs" in options:
+        there = sides(options | {"among": true.get("among", ())})
+        return sides(true) in (there, there[::-1])
     if true.get("input") and active.variant.input not in (None, true["input"]):
         return active.effect.name == "thrust_asymmetry"
-    keys = ("stream", "form", "swapped", "reversed", "logs")
+    keys = ("stream", "form", "swapped", "reversed")
     return all(options.get(k) == true.get(k) for k in keys if k in true or k in options)
 
 
@@ -88,7 +91,9 @@ def start_values(true: Entry, active: Active) -> dict[str, float]:
         sign = 1.0 if true["name"] == "current" else -1.0
         values["north"] = sign * values["speed"] * math.cos(values["direction"])
         values["east"] = sign * values["speed"] * math.sin(values["direction"])
-    if true["name"] == "thrust_asymmetry" and active.variant.input != true["input"]:
+    found = {"logs": active.variant.options.get("logs", ()), "among": true.get("among", ())}
+    elsewhere = true["name"] == "thrust_asymmetry" and active.variant.input != true["input"]
+    if elsewhere or sides(true) != sides(found):
         values = {k: 1.0 / v for k, v in values.items()}
     return values
 
@@ -171,13 +176,7 @@ def _of_effect(prepared: Prepared, full: Fitted, k: int, true: Entry, error: flo
         "gain": without.solution.total - full.solution.total,
         "raises": error_of(prepared, without) / error,
         "parameters": {e.name: [e.value, e.stderr] for e in fitted.parameters},
-        "deviations": {
-            e.name: apart(e.value, true["parameters"][e.name], angle=e.name == "direction") / e.stderr
-            for e in fitted.parameters
-            if e.name in true["parameters"]
-            and e.stderr > 0
-            and effects[k].variant.input in (None, true["input"])
-        },
+        "deviations": deviations(true, entry_of(fitted, true.get("among", ()))),
     }
     return found | {"rivals": _rivals(full, without, effects[k]) if found["raises"] >= 1.2 else {}}
 

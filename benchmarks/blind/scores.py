@@ -16,6 +16,8 @@ Record = Mapping[str, Any]
 
 #: Leaving an effect out must raise the prediction error by this factor for it to be detectable.
 DETECTABLE = 1.2
+#: … and what the logs to identify on say for it, in -2 log likelihood: without that nothing can be found there.
+SHOWN = 6.0
 #: Share of a channel's standard deviation above which what is missing is material.
 MATERIAL = 0.10
 
@@ -67,9 +69,9 @@ def oracle_effects(record: Record) -> Sequence[Record]:
 
 
 def detectable(record: Record) -> bool:
-    """Whether leaving out any of the true effects raises the prediction error clearly."""
+    """Whether leaving out any true effect raises the prediction error, and the logs to identify on show it."""
     effects = oracle_effects(record)
-    return bool(effects) and all(e["raises"] >= DETECTABLE for e in effects)
+    return bool(effects) and all(e["raises"] >= DETECTABLE and e["gain"] > SHOWN for e in effects)
 
 
 def told_apart(record: Record) -> bool:
