@@ -50,7 +50,13 @@ def _track(axes: Any, m: Manoeuvre, length: float) -> None:
     for track in m.tracks:
         axes.plot(track[:, 1] / length, track[:, 0] / length, color="0.8", lw=0.6)
     axes.plot(m.states[:, 1] / length, m.states[:, 0] / length, lw=1.4)
-    axes.set(title=m.order.title, xlabel="to starboard, lengths", ylabel="ahead, lengths", aspect="equal")
+    axes.set(
+        title=m.order.title,
+        xlabel="to starboard, lengths",
+        ylabel="ahead, lengths",
+        aspect="equal",
+        adjustable="datalim",
+    )
 
 
 def _helm(m: Manoeuvre) -> dict[str, Any]:
