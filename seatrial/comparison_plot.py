@@ -44,6 +44,7 @@ def _bars(axes: Any, table: pd.DataFrame, colours: dict[str, str]) -> None:
     axes.set_yticks(places, _labels(table), fontsize="small")
     axes.invert_yaxis()
     axes.set(xscale="log", xlabel="free-running error on unseen logs (1 = no better than the mean)")
+    axes.set_xlim(left=0.5 * float(table["error"].min()))
     axes.axvline(1.0, color="0.6", lw=0.8)
 
 

@@ -1,0 +1,90 @@
+"""``seatrial fleet``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from seatrial.cli.run_command import cores
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def command(
+    campaigns: Annotated[
+        list[Path], typer.Argument(metavar="CAMPAIGN...", help="Campaigns, or folders with campaigns below.")
+    ],
+    out: Annotated[Path, typer.Option(help="Summary (.csv or .parquet).")] = Path("fleet.csv"),
+    results: Annotated[
+        Path | None, typer.Option(help="Folder for all results [default: results beside each campaign].")
+    ] = None,
+    model: Annotated[str | None, typer.Option(help="Model, in place of the campaigns'.")] = None,
+    estimator: Annotated[str | None, typer.Option(help="Estimator, likewise.")] = None,
+    optimiser: Annotated[str | None, typer.Option(help="Optimiser, likewise.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same results.")] = 0,
+    no_loop: Annotated[
+        bool, typer.Option("--no-loop", help="Do not search for what the models lack.")
+    ] = False,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: one per core].")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://…")] = None,
+    again: Annotated[bool, typer.Option("--again", help="Run finished campaigns again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Run many campaigns; those that are finished and unchanged are not run again.
+
+    Examples
+    --------
+        seatrial fleet trials/*/ --out fleet.parquet
+
+        seatrial fleet trials --scheduler tcp://head:8786
+    """
+    from ingest.errors import DataError
+    from seatrial.campaign.options import check_name
+    from seatrial.fleet_run import Options, campaigns_in, checked_summary, fleet, voyages
+
+    for option, name in (("model", model), ("estimator", estimator), ("optimiser", optimiser)):
+        if name is not None:
+            check_name(option, name)
+    options = Options(model, estimator, optimiser, seed, not no_loop)
+    planned = voyages(campaigns_in(campaigns), options, results)
+    table = fleet(
+        planned,
+        checked_summary(out),
+        workers=workers or cores(),
+        scheduler=scheduler,
+        again=again,
+        tell=_silent if quiet else _tell,
+    )
+    if not quiet:
+        _show(table, out)
+    failed = int((table["status"] != "done").sum())
+    if failed:
+        raise DataError(f"{failed} of {len(table)} campaigns gave no results; {out} says why.")
+
+
+def _silent(row: dict[str, Any], count: int, total: int) -> None:
+    """Say nothing."""
+
+
+def _tell(row: dict[str, Any], count: int, total: int) -> None:
+    what = row.get("verdict") or row["status"]
+    typer.echo(f"{count}/{total}  {Path(row['campaign']).parent.name}: {what}", err=True)
+
+
+def _show(table: pd.DataFrame, out: Path) -> None:
+    from rich.text import Text
+
+    from seatrial.cli.tables import say, table_of
+
+    names = [Path(c).parent.name for c in table["campaign"].astype(str)]
+    found = table[["status", "verdict", "effects", "error"]].astype("string").fillna("").to_numpy()
+    numbers = table[["fitness_before", "fitness_after", "seconds"]].astype(float).to_numpy()
+    rows = [
+        [name, str(verdict or status), str(e or why), *(f"{x:.3g}" if x == x else "–" for x in n)]
+        for name, (status, verdict, e, why), n in zip(names, found, numbers, strict=True)
+    ]
+    columns = ("Campaign", "Verdict", "Effects", "Before", "After", "s")
+    say(table_of(columns, rows, columns[3:]), Text(f"Summary: {out}", no_wrap=True))
