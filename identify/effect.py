@@ -54,6 +54,7 @@ class Setting:
     depths: tuple[float | None, ...] = ()
     streams: tuple[str, ...] = ("position", "heading")
     wind_logged: bool = False
+    identify_logs: tuple[str, ...] = ()
 
     def of_kind(self, *kinds: str) -> tuple[str, ...]:
         """Names of the inputs of these kinds."""

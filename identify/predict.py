@@ -91,4 +91,5 @@ def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArra
     """Prediction (steps + 1, 6) of a whole stretch from its first smoothed state."""
     d = drive(structure, p, stretch)
     first = true_first_state(structure, d, stretch.states[0])
-    return shown(structure, d, stretch, run(structure, d, stretch, first))
+    with np.errstate(over="ignore", invalid="ignore"):
+        return shown(structure, d, stretch, run(structure, d, stretch, first))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.stretch import FAST, STREAMS, Stretch, step_for, stretches_of
+from identify.stretch import STREAMS, Stretch, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
@@ -35,7 +35,7 @@ def prepare(trials: Sequence[Trial], model: str) -> Prepared:
     NotIdentifiable
         Where no trial has the role identify or none is long enough.
     """
-    trials = with_pooled_noise(trials)
+    trials = with_common_inputs(with_pooled_noise(trials))
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length) if trials else 0.1
     identify = tuple(s for t in used for s in stretches_of(t, h))
@@ -67,6 +67,12 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
     ]
 
 
+def with_common_inputs(trials: Sequence[Trial]) -> list[Trial]:
+    """An input that holds its values between changes in one log does so in all of them."""
+    held = {i.name: any(t.inputs[i.name].held for t in trials) for i in trials[0].inputs_declared}
+    return [replace(t, inputs={k: replace(m, held=held[k]) for k, m in t.inputs.items()}) for t in trials]
+
+
 def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:
     """Noise below which a sensor is as good as exact, by stream: a share of the length, of the speed and of the yaw."""
     states = np.vstack([t.states[["u", "r"]].dropna().to_numpy(dtype=float) for t in trials])
@@ -93,6 +99,7 @@ def _declare(
         streams=tuple(s for s in STREAMS if s in first.measurements),
         depths=tuple({t.name: t.depth for t in trials}.values()),
         wind_logged="wind" in first.measurements,
+        identify_logs=tuple(dict.fromkeys(t.name for t in used)),
         u0=float(np.quantile(speeds, 0.9)),
         amplitudes=_amplitudes(used),
         input_lead=_input_lead(used),
@@ -109,10 +116,14 @@ def _amplitudes(trials: Sequence[Trial]) -> dict[str, float]:
 
 
 def _input_lead(trials: Sequence[Trial]) -> tuple[float, float] | None:
-    """How far actuators may be ahead of an input that is logged only every so often: uniform over one interval."""
-    intervals = [m.sample_time for t in trials for m in t.inputs.values() if m.sample_time <= FAST or m.held]
-    longest = max(intervals, default=0.0)
-    return (0.5 * longest, longest / np.sqrt(12.0)) if longest > 0.015 else None
+    """How far actuators may be ahead of inputs that are logged only every so often, mean and standard deviation.
+
+    A command that holds has changed some time in the interval before it is seen; of a signal that varies all the time
+    it is only unknown how it went between two samples.
+    """
+    intervals = [(m.sample_time, m.held) for t in trials for m in t.inputs.values()]
+    longest, held = max(intervals, default=(0.0, False))
+    return (0.5 * longest * held, longest / np.sqrt(12.0)) if longest > 0.015 else None
 
 
 def _digest(trials: Sequence[Trial]) -> str:

@@ -144,17 +144,12 @@ def _of_stream(
     return m.t[keep][keep_finite], np.full(n, float(kind)), value, np.full(n, max(m.sigma, 1e-9))
 
 
-#: An input logged at least this often, s, is taken as steps that hold, whatever it looks like: a signal that varies
-#: continuously then seems half an interval late, which the lead of the inputs takes up.
-FAST = 0.25
-
-
 def sampled(m: Measurement, edges: FloatArray) -> FloatArray:
     """Mean of an input over each interval between ``edges`` (n+1,): steps that hold, or straight lines between."""
     t, value = m.t[m.good], m.value[m.good]
     if len(t) == 0:
         return np.zeros(len(edges) - 1)
-    if not m.held and m.sample_time > FAST:
+    if not m.held:
         middle = 0.5 * (edges[1:] + edges[:-1])
         return np.asarray(np.interp(middle, t, value), dtype=float)
     integral = np.concatenate([[0.0], np.cumsum(value[:-1] * np.diff(t))])

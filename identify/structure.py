@@ -126,7 +126,7 @@ class Structure:
                 k += len(active.effect.fixed_terms(nulls(active)))
         if self.input_lead is not None:
             mean, sd = self.input_lead
-            limits = (-0.2 * mean, 2.2 * mean)
+            limits = (mean - 2.2 * sd, mean + 2.2 * sd)
             slots.append(Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd)))
         return tuple(slots)
 
@@ -167,6 +167,7 @@ def structure_for(
     streams: tuple[str, ...],
     depths: tuple[float | None, ...] = (),
     wind_logged: bool = False,
+    identify_logs: tuple[str, ...] = (),
     u0: float = 0.0,
     amplitudes: dict[str, float] | None = None,
     input_lead: tuple[float, float] | None = None,
@@ -174,5 +175,5 @@ def structure_for(
     """The declared model alone, for this vessel and these logs, with notes on terms that were left out."""
     model = MODEL_BY_NAME[model_name]
     terms, notes = terms_for(model, vessel, inputs)
-    setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged)
+    setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)
     return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
@@ -17,7 +17,7 @@ from validate.diagnosis import Diagnosis, Validation
 from validate.loop import Outcome, search
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
-from validate.verdict import diagnose
+from validate.verdict import diagnose, worse
 
 Progress = Callable[[str, str, float], None]
 
@@ -62,14 +62,17 @@ def analyse(
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
     after = outcome.fitted if outcome and outcome.standing else declared
     progress("validate", "", 0.0)
+    stretches = [*prepared.identify, *prepared.validate]
+    runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
+    scored = [validation(prepared.structure, stretches, r) for r in runs]
+    if outcome and outcome.standing and worse(*scored):
+        outcome, after = replace(outcome, standing=(), refuted=True), declared
+        runs, scored = [runs[0]] * 2, [scored[0]] * 2
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
     ]
-    stretches = [*prepared.identify, *prepared.validate]
-    runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
-    scored = [validation(prepared.structure, stretches, r) for r in runs]
-    diagnosis = diagnose(prepared, outcome, scored[0], scored[1], materiality) if outcome else None
+    diagnosis = diagnose(prepared, outcome, after, materiality) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
     progress("validate", "", 1.0)

@@ -24,6 +24,11 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
+#: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so many s.
+WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
+#: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
+#: only borrows from what is really missing.
+WORTH_FAR = 0.3
 
 
 @dataclass(frozen=True)
@@ -149,6 +154,30 @@ def least_gain(k: int, tried: int) -> float:
     return float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), max(k, 1)))
 
 
+def consistent(base: Fitted, fit: Fitted) -> bool:
+    """Whether the gain comes from all over the data, not from a few places where errors happen to be large.
+
+    Where the errors are white, the likelihood alone is right. Where they are not, the gain is summed over short
+    stretches of time and must stand out against its own scatter between them.
+    """
+    if float(np.max(base.problem.dispersed.inflation)) < WHITE:
+        return True
+    gains = by_time(base) - by_time(replace(fit, problem=base.problem))
+    return bool(gains.sum() > SCATTER * np.sqrt(len(gains)) * gains.std(ddof=1))
+
+
+def by_time(fitted: Fitted) -> FloatArray:
+    """Cost of short stretches of time (bins,), as dispersed."""
+    problem, out = fitted.problem, []
+    for w, residual in zip(problem.windows, fitted.solution.moments.residuals, strict=True):
+        samples = problem.stretches[w.stretch].samples
+        weight = 1.0 / problem.dispersion[samples.kind[w.samples]] ** 2
+        t = samples.t[w.samples]
+        place = np.floor((t - t[0]) / BIN).astype(int)
+        out.append(np.bincount(place, weights=np.sum(residual**2, axis=1) * weight))
+    return np.concatenate(out)
+
+
 def free_running_error(fitted: Fitted) -> FloatArray:
     """Mean squared free-running error of u, v, r (3,) on the fit's stretches, against the smoothed measurement."""
     total, n = np.zeros(3), 0
@@ -163,10 +192,13 @@ def free_running_error(fitted: Fitted) -> FloatArray:
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
     """Whether the free-running error falls by enough to be worth naming the effect."""
     if base.chi2_per_dof > FAR:
-        return bool(fit.solution.cost < (1.0 - WORTH) ** 2 * base.solution.cost and not at_bound(fit))
+        reached = fit.chi2_per_dof < FAR or fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
+        return bool(reached and not at_bound(fit))
     before, after = free_running_error(base), free_running_error(fit)
     spread = np.var(np.vstack([s.states[:, 3:6] for s in base.problem.stretches]), axis=0)
-    return not at_bound(fit) and bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
+    if at_bound(fit) or not consistent(base, fit):
+        return False
+    return bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
 
 
 def at_bound(fitted: Fitted) -> bool:

@@ -40,12 +40,16 @@ class Turn:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, and the wiring."""
+    """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
+
+    ``refuted``: unseen logs were predicted worse with the effects than without, so they were taken back.
+    """
 
     fitted: Fitted
     turns: tuple[Turn, ...]
     standing: tuple[Standing, ...]
     wiring: Wiring | None
+    refuted: bool = False
 
 
 def search(prepared: Prepared, report: Callable[[str], None] = lambda _: None) -> Outcome:

@@ -51,7 +51,8 @@ def structured_share(fitted: Fitted) -> dict[str, float]:
     left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
-    smooth = {KIND[s]: smoothness(fitted.problem, fitted.solution.moments, KIND[s]) for s in KIND}
+    large = np.clip((fitted.problem.inflation - 3.0) / 7.0, 0.0, 1.0)
+    smooth = {k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()}
     predicts = fitted.solution.structure.model.predicts
     return {
         c: float(left[j] * np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c]))) if c in predicts else 0.0
@@ -110,11 +111,14 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
 
 
 def folds(fitted: Fitted) -> list[list[int]]:
-    """Windows by log where there are three logs or more, else in five parts by turns."""
-    names = [fitted.problem.stretches[w.stretch].name for w in fitted.problem.windows]
-    if len(set(names)) >= 3:
-        return [[k for k, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
-    return [list(range(k, len(names), 5)) for k in range(min(5, len(names)))]
+    """Windows in five parts by turns, so that every log is in every part's complement."""
+    n = len(fitted.problem.windows)
+    return [list(range(k, n, 5)) for k in range(min(5, n))]
+
+
+def _bounded(fitted: Fitted, p: FloatArray) -> FloatArray:
+    slots = fitted.solution.structure.slots
+    return np.clip(p, [s.parameter.bounds[0] for s in slots], [s.parameter.bounds[1] for s in slots])
 
 
 def _solve_where_known(m: FloatArray, right: FloatArray) -> FloatArray:
@@ -136,8 +140,10 @@ def cross_validated(fitted: Fitted) -> dict[str, float]:
         left = information - reduced.information[fold].sum(axis=0)
         scale = 1.0 / np.sqrt(np.maximum(np.diag(left), 1e-300))
         move = -scale * _solve_where_known(left * scale * scale[:, None], scale * reduced.score[fold].sum(axis=0))
-        first = fitted.solution.first - reduced.state_slope @ move
-        error, _ = window_errors(fitted, fitted.solution.p + move, first, fold)
+        p = _bounded(fitted, fitted.solution.p + np.nan_to_num(move))
+        first = fitted.solution.first - reduced.state_slope @ (p - fitted.solution.p)
+        with np.errstate(over="ignore", invalid="ignore"):
+            error, _ = window_errors(fitted, p, first, fold)
         total.append(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3))
     rmse = np.sqrt(np.mean(np.vstack(total) ** 2, axis=0))
     return {c: float(rmse[j]) for j, c in enumerate(("u", "v", "r"))}

@@ -15,13 +15,11 @@ from validate.residual_tests import residual_tests
 from validate.structure_left import cross_validated, on_other_logs, structured_share
 
 
-def diagnose(
-    prepared: Prepared, outcome: Outcome, before: Validation, after: Validation, materiality: float
-) -> Diagnosis:
+def diagnose(prepared: Prepared, outcome: Outcome, after: Fitted, materiality: float) -> Diagnosis:
     """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
     taken = _taken(outcome)
-    left = _left(prepared, outcome.fitted)
-    verdict = _verdict(outcome, left, before, after, materiality)
+    left = _left(prepared, after)
+    verdict = _verdict(outcome, left, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)
     return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
 
@@ -45,11 +43,15 @@ def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     return {c: max(own[c], other[c]) for c in own}
 
 
-def _verdict(
-    outcome: Outcome, left: dict[str, float], before: Validation, after: Validation, materiality: float
-) -> Verdict:
-    worse = before.fitness is not None and after.fitness is not None and after.fitness > 1.05 * before.fitness
-    if max(left.values()) > materiality or (outcome.standing and worse):
+def worse(before: Validation, after: Validation) -> bool:
+    """Whether unseen logs are predicted worse with the effects than without (each channel by its own spread)."""
+    pairs = [(before.channels[c].nrmse, after.channels[c].nrmse) for c in before.channels]
+    known = [(b, a) for b, a in pairs if a is not None and b is not None]
+    return sum(a * a for _, a in known) > 1.1 * sum(b * b for b, _ in known)
+
+
+def _verdict(outcome: Outcome, left: dict[str, float], materiality: float) -> Verdict:
+    if max(left.values()) > materiality or outcome.refuted:
         return Verdict.UNEXPLAINED
     if any(s.look_alikes for s in outcome.standing):
         return Verdict.AMBIGUOUS

@@ -21,7 +21,7 @@ THRUST_ASYMMETRY = Effect(
     "One thruster gives less than its sisters: a fouled or damaged propeller, a weak motor, another pitch.",
     "Propellers (weed, chips, hand), motor current at the same command, bollard pull of each alone.",
     "Fossen 2011, sec. 9.3",
-    parameters=(Parameter("ratio", "1", 0.1, (0.0, 1.0), null=1.0),),
+    parameters=(Parameter("ratio", "1", 0.1, (0.0, 1.0), null=1.0, starts=(0.85, 0.5, 0.2)),),
     gain=lambda p, t: np.full(t.shape, p["ratio"]),
     variants=_one_of_several,
 )  # fmt: skip

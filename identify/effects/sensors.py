@@ -71,13 +71,15 @@ CLOCK_OFFSET_INPUTS = Effect(
 
 
 def _other_load(setting: Setting) -> list[Variant]:
-    """One log against the others, and the later logs against the earlier ones."""
+    """The later logs against the earlier ones, then one log against the others; a group and its complement are one."""
     logs = setting.logs
-    if len(logs) < 2:
-        return []
-    single = [(name,) for name in logs]
-    later = [logs[k:] for k in range(1, len(logs) - 1)] if len(logs) > 2 else []
-    return [Variant(options={"logs": group}) for group in dict.fromkeys([*single, *later])]
+    known = set(setting.identify_logs or logs)
+    found: dict[frozenset[str], tuple[str, ...]] = {}
+    for group in [*(logs[k:] for k in range(1, len(logs))), *((name,) for name in logs)]:
+        inside = frozenset(group) & known
+        if inside and inside != known and frozenset(known - inside) not in found:
+            found.setdefault(inside, group)
+    return [Variant(options={"logs": group}) for group in found.values()]
 
 
 MASS_CHANGE = Effect(

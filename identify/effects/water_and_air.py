@@ -67,7 +67,8 @@ def _shallow(setting: Setting) -> list[Variant]:
             n for n, d in zip(setting.logs, setting.depths, strict=True) if d is not None and d < deepest
         ]
         return [Variant(options={"logs": tuple(shallow)})]
-    return [Variant(options={"logs": (name,)}) for name in setting.logs] if len(setting.logs) > 1 else []
+    known = setting.identify_logs or setting.logs
+    return [Variant(options={"logs": (name,)}) for name in known] if len(known) > 1 else []
 
 
 SHALLOW_WATER = Effect(
@@ -76,7 +77,7 @@ SHALLOW_WATER = Effect(
     "In shallow water the hull's resistance and damping grow.",
     "Log the depth; a depth below three draughts matters, below 1.5 draughts it dominates.",
     "Fossen 2011, sec. 6.4; ITTC 7.5-02-06-04",
-    parameters=(Parameter("factor", "1", 0.1, (0.2, 10.0), null=1.0),),
+    parameters=(Parameter("factor", "1", 0.1, (1.0, 10.0), null=1.0),),
     loading=lambda p: (1.0, p["factor"]),
     variants=_shallow,
 )  # fmt: skip
