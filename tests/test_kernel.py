@@ -1,0 +1,241 @@
+"""The compiled rollout: against scipy, its sensitivities against differences, a population against single runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
+from scipy.integrate import solve_ivp
+
+from identify import kernel
+from identify.drive import directions, drive
+from identify.effect import Active, Variant
+from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
+from identify.models import MODELS
+from identify.predict import run
+from identify.stretch import Samples, Stretch
+from preprocess.trial import Measurement
+
+STEPS, STEP = 60, 0.1
+NOTHING = Samples(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
+
+
+def stretch_of(inputs, seed=0):
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, STEPS * STEP, 0.25)
+    size = {"rudder": 0.4, "propeller": 6.0, "thruster": 0.7}
+    logged = {
+        i.name: Measurement(
+            i.name,
+            t,
+            size[i.kind] * (0.3 + rng.uniform(-1, 1, len(t))),
+            0.0,
+            np.ones(len(t), bool),
+            held=True,
+        )
+        for i in inputs
+    }
+    wind = rng.normal(0, 2.0, (STEPS, 2))
+    return Stretch(
+        "a",
+        "identify",
+        0.0,
+        5.0,
+        STEP,
+        STEPS,
+        logged,
+        np.zeros((STEPS + 1, 6)),
+        np.zeros((STEPS + 1, 3)),
+        wind,
+        NOTHING,
+    )
+
+
+def parameters_of(structure, seed=1):
+    """Coefficients that keep the vessel in range: damping, and a little of everything else."""
+    rng = np.random.default_rng(seed)
+    p = np.array(
+        [s.parameter.null if s.coefficient < 0 else 0.05 * rng.standard_normal() for s in structure.slots]
+    )
+    for k, slot in enumerate(structure.slots):
+        if slot.term is not None and slot.term.text in ("u", "v", "r", "Δu"):
+            p[k] = -0.6
+        elif slot.parameter.bounds[0] == 0.0 and slot.term is not None:
+            p[k] = 0.02
+    return p
+
+
+FIRST = np.array([1.0, -2.0, 0.7, 0.9, 0.1, -0.15, 0.02, -0.01])
+
+
+def sensitivities(structure, p, stretch, first):
+    """States, and their derivatives along (first state, simple, general) as the kernel carries them."""
+    table, d, along = structure.table, drive(structure, p, stretch), directions(structure, p, stretch)
+    simple = np.array([structure.slots[k].coefficient for k in structure.simple], dtype=np.int64)
+    nd = kernel.NX + len(simple) + len(structure.general)
+    states, rates = np.empty((STEPS + 1, 8)), np.empty((STEPS + 1, 8))
+    s, f = np.empty((STEPS + 1, 8, nd)), np.empty((STEPS + 1, 8, nd))
+    done = kernel.sensitivities(
+        first, STEP, structure.model.discrete, d.channels, d.slopes, d.wind, d.current, structure.u0, table.equation,
+        table.which, table.product, d.coefficients, simple, table.equation_of, along.coefficients, along.channels,
+        along.slopes, along.current, states, rates, s, f, np.empty((STEPS, 3, d.channels.shape[1])),
+    )  # fmt: skip
+    assert done == STEPS
+    return states, s
+
+
+def final(structure, p, stretch, first):
+    return run(structure, drive(structure, p, stretch), stretch, first)[-1]
+
+
+def differences(structure, p, stretch, first):
+    """Derivatives of the last state by central differences, along the kernel's directions."""
+    columns = []
+    for j in range(8):
+        step = np.zeros(8)
+        step[j] = 1e-6
+        columns.append(
+            (final(structure, p, stretch, first + step) - final(structure, p, stretch, first - step)) / 2e-6
+        )
+    for k in (*structure.simple, *structure.general):
+        # as far as a drive's own differences go: within a sub-step the thrust of a switch is not linear in its time
+        size = 1e-6 if structure.slots[k].coefficient >= 0 else 0.02 * structure.slots[k].parameter.scale
+        up, down = p.copy(), p.copy()
+        up[k] += size
+        down[k] -= size
+        columns.append(
+            (final(structure, up, stretch, first) - final(structure, down, stretch, first)) / (2 * size)
+        )
+    return np.column_stack(columns)
+
+
+def assert_same_slopes(structure, p, stretch, first, tolerance=2e-5):
+    states, s = sensitivities(structure, p, stretch, first)
+    assert np.allclose(states[-1], final(structure, p, stretch, first), atol=1e-12)
+    expected = differences(structure, p, stretch, first)
+    scale = np.abs(expected).max(axis=0) + 1e-6
+    assert np.max(np.abs(s[-1] - expected) / scale) < tolerance
+
+
+@pytest.mark.parametrize("model", [m.name for m in MODELS])
+def test_sensitivities_are_those_of_the_scheme_for_every_model(model):
+    structure = structure_of(model)
+    first = FIRST.copy()
+    if not any(t.dof in ("e1", "e2") for t in structure.table.terms):
+        first[6:] = 0.0
+    assert_same_slopes(structure, parameters_of(structure), stretch_of((RUDDER, PROPELLER)), first)
+
+
+MOVING = {
+    "current": ((Active(CURRENT), {"north": 0.2, "east": -0.1}),),
+    "wind": ((Active(WIND_UNSEEN), {"north": 3.0, "east": 2.0, "cx": 0.01, "cy": 0.02, "cn": -0.01}),),
+    "wind in a current": (
+        (Active(WIND_UNSEEN), {"north": 3.0, "east": 2.0, "cx": 0.01, "cy": 0.02, "cn": -0.01}),
+        (Active(CURRENT), {"north": 0.2, "east": -0.1}),
+    ),
+    "lag": ((Active(ACTUATOR_LAG, Variant("left")), {"time_constant": 0.6}),),
+    "fade": ((Active(THRUST_FADE), {"rate": 2e-3}),),
+    "roll": ((Active(ROLL_COUPLING), {"frequency": 2.0, "damping": 0.2, "sway": 0.5, "yaw": -0.3}),),
+    "delay": (
+        (Active(next(e for e in EFFECTS if e.name == "actuator_delay"), Variant("right")), {"delay": 0.37}),
+    ),
+    "asymmetry": (
+        (Active(next(e for e in EFFECTS if e.name == "thrust_asymmetry"), Variant("left")), {"ratio": 0.8}),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", MOVING)
+def test_sensitivities_along_channels_current_wind_and_states_of_their_own(what):
+    structure = structure_of("modulus", MOTORS)
+    for active, _ in MOVING[what]:
+        structure = structure.with_effect(active)
+    p = parameters_of(structure)
+    for e, (_, values) in enumerate(MOVING[what]):
+        for k, slot in enumerate(structure.slots):
+            if slot.effect == e and slot.name in values:
+                p[k] = values[slot.name]
+    assert_same_slopes(structure, p, stretch_of(MOTORS), FIRST, tolerance=2e-3)
+
+
+def test_a_rollout_is_that_of_solve_ivp():
+    structure = structure_of("cybership2")
+    p, stretch = parameters_of(structure), stretch_of((RUDDER, PROPELLER))
+    d, table = drive(structure, p, stretch), structure.table
+    first = FIRST.copy()
+    first[6:] = 0.0
+    z = first.copy()
+    q, f, still = np.empty(14 + d.channels.shape[1]), np.empty(8), np.zeros(2)
+    for k in range(STEPS):  # step by step: an input jumps where a step ends
+
+        def rhs(t, z, k=k):
+            part = 2.0 * t / STEP - 1.0
+            kernel.factors(z, d.channels[k], d.slopes[k], part, d.wind[k], still, structure.u0, q)
+            kernel.derivative(z, still, table.equation, table.which, table.product, d.coefficients, q, f)
+            return f.copy()
+
+        z = solve_ivp(rhs, (0.0, STEP), z, rtol=1e-10, atol=1e-12).y[:, -1]
+    assert np.allclose(final(structure, p, stretch, first), z, atol=2e-6)
+
+
+def test_an_independent_right_hand_side_gives_the_same_derivative():
+    structure = structure_of("blanke")
+    p = np.random.default_rng(4).standard_normal(len(structure.slots))
+    u, v, r, delta, n = 1.1, -0.2, 0.3, 0.25, 5.0
+    own = {s.name: x for s, x in zip(structure.slots, p, strict=True)}
+    names = structure.table.channels
+    values = {"δ": delta, "|δ|": delta, "|n|n": n * n, "|n|": n, "−": -1.0}
+    row = np.array([values.get(c, 0.0) for c in names])
+    q, f = np.empty(14 + len(row)), np.empty(8)
+    z = np.array([0, 0, 0.4, u, v, r, 0, 0])
+    kernel.factors(z, row, np.zeros_like(row), 0.0, np.zeros(2), np.zeros(2), 0.0, q)
+    t = structure.table
+    kernel.derivative(z, np.array([0.1, -0.2]), t.equation, t.which, t.product, p, q, f)
+    surge = own["X_|u|u"] * u * u + own["X_vr"] * v * r + own["X_r2"] * r * r + own["X_|n|n"] * n * n
+    assert f[3] == pytest.approx(surge + own["X_delta2"] * delta**2 + own["X_1"])
+    for letter, place in (("Y", 4), ("N", 5)):
+        side = own[f"{letter}_ur"] * u * r + own[f"{letter}_uv"] * u * v + own[f"{letter}_|v|v"] * abs(v) * v
+        side += own[f"{letter}_|v|r"] * abs(v) * r + own[f"{letter}_delta"] * delta + own[f"{letter}_1"]
+        assert f[place] == pytest.approx(side)
+    assert f[0] == pytest.approx(u * np.cos(0.4) - v * np.sin(0.4) + 0.1)
+    assert f[1] == pytest.approx(u * np.sin(0.4) + v * np.cos(0.4) - 0.2)
+    assert f[2] == r
+
+
+def test_a_discrete_model_takes_explicit_euler_steps():
+    structure = structure_of("zhao2021")
+    p, stretch = parameters_of(structure), stretch_of((RUDDER, PROPELLER))
+    d, t = drive(structure, p, stretch), structure.table
+    z = FIRST.copy()
+    z[6:] = 0.0
+    states = run(structure, d, stretch, z)
+    q, f = np.empty(14 + d.channels.shape[1]), np.empty(8)
+    for k in range(STEPS):
+        kernel.factors(z, d.channels[k], d.slopes[k], 0.0, d.wind[k], np.zeros(2), structure.u0, q)
+        kernel.derivative(z, np.zeros(2), t.equation, t.which, t.product, d.coefficients, q, f)
+        z = z + STEP * f
+    assert np.allclose(states[-1], z, atol=1e-12)
+
+
+def test_a_population_equals_single_runs():
+    structure = structure_of("cybership2")
+    stretch = stretch_of((RUDDER, PROPELLER))
+    members = [parameters_of(structure, seed) for seed in range(5)]
+    d, t = drive(structure, members[0], stretch), structure.table
+    states = np.empty((5, STEPS + 1, 8))
+    kernel.population(
+        FIRST, STEP, False, d.channels, d.slopes, d.wind, d.current, structure.u0, t.equation, t.which, t.product,
+        np.array(members), states,
+    )  # fmt: skip
+    for member, found in zip(members, states, strict=True):
+        alone = run(structure, drive(structure, member, stretch), stretch, FIRST)
+        assert np.array_equal(found, alone)
+
+
+def test_a_run_that_runs_away_says_where():
+    structure = structure_of("linear", MOTORS)
+    p = np.zeros(len(structure.slots))
+    p[next(k for k, s in enumerate(structure.slots) if s.name == "X_u")] = 5.0
+    states = run(structure, drive(structure, p, stretch_of(MOTORS)), stretch_of(MOTORS), FIRST)
+    assert np.isfinite(states[0]).all()
+    assert np.isnan(states[-1]).all()
