@@ -33,17 +33,17 @@ format: $(INSTALLED)
 
 bench: $(INSTALLED)  ## every benchmark, in turn
 	@for script in benchmarks/bench_*.py; do \
-		test ! -e $$script || { echo "$$script"; $(BIN)/python $$script || exit 1; }; done
+		echo "$$script"; $(BIN)/python -m benchmarks.$$(basename $$script .py) || exit 1; done
 
 CASES ?= 640
 
 bench-blind: $(INSTALLED)  ## diagnoses of campaigns drawn at random against the truth (CASES=640)
 	$(BIN)/python -m benchmarks.blind --cases $(CASES) --workers $(WORKERS)
 
-docs: $(INSTALLED)  ## what of the documents is made from the code
-	@mkdir -p docs/reference
-	@for which in report model campaign; do \
-		$(BIN)/seatrial schema $$which > docs/reference/$$which.schema.json || exit 1; done
+docs: $(INSTALLED)  ## the documents, with the reference made from the code, in build/docs
+	$(BIN)/python docs/generate.py
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo build/docs/index.html
 
 wheel: $(INSTALLED)
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .

@@ -1,0 +1,116 @@
+"""The pages of the documents taken apart, and the folders in which their commands can run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from fixtures.make_campaign import main as make_campaign
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+#: Every page that a person writes; the reference is made from the code.
+PAGES = sorted([README, *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "how-to").glob("*.md")])
+#: What a test cannot do: it would install, run every test, or open a window.
+NOT_RUN = ("make ", "seatrial view ")
+#: Vessel and format of the logs that a page finds in ``trials``.
+TRIALS = {
+    "README": ("usv", "tlog"),
+    "ardupilot": ("catamaran", "dataflash"),
+    "nmea2000": ("usv", "candump"),
+    "ros2": ("tug", "mcap-joints"),
+    "serial": ("usv", "nmea0183-epochs"),
+    "choose-a-model": ("usv", "tlog"),
+    "read-a-verdict": ("usv", "tlog"),
+}
+
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PLACED = re.compile(r"# (\S+)\n")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of code of a page."""
+
+    language: str
+    text: str
+
+    @property
+    def place(self) -> str | None:
+        """The file that a block is to become, from its first line."""
+        found = PLACED.match(self.text)
+        return found[1] if found and self.language == "toml" else None
+
+    @property
+    def commands(self) -> list[str]:
+        """Commands of a shell block without their remarks."""
+        lines = (re.sub(r"\s+# .*", "", line).strip() for line in self.text.splitlines())
+        return [line for line in lines if line and not line.startswith("#")]
+
+
+def blocks(page: Path) -> list[Block]:
+    return [Block(*found) for found in FENCE.findall(page.read_text(encoding="utf-8"))]
+
+
+def runs(page: Path) -> bool:
+    """Whether the page has anything to run."""
+    return any(
+        b.language == "python" or (b.language == "sh" and any(not c.startswith(NOT_RUN) for c in b.commands))
+        for b in blocks(page)
+    )
+
+
+def prepare(page: Path, folder: Path) -> None:
+    """The logs that the page speaks of; the campaign only where the page does not write it itself."""
+    if page.stem not in TRIALS:
+        return
+    vessel, form = TRIALS[page.stem]
+    trials = folder / "trials"
+    words = ["--vessel", vessel, "--format", form, "--logs", "3", "--duration", "60", "--seed", "7"]
+    make_campaign([str(trials), *words])
+    if any(b.place == "trials/campaign.toml" for b in blocks(page)):
+        (trials / "campaign.toml").unlink()
+
+
+def run_command(command: str, folder: Path) -> str:
+    """Output of a command; a benchmark runs in the clone, all else in the page's folder."""
+    beside = str(Path(sys.executable).parent)
+    environment = {**os.environ, "PATH": f"{beside}{os.pathsep}{os.environ['PATH']}", "COLUMNS": "200"}
+    where = ROOT if command.startswith("python -m benchmarks") else folder
+    done = subprocess.run(
+        command,
+        shell=True,
+        cwd=where,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, f"{command}: exit status {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def run_page(page: Path, folder: Path) -> None:
+    """Do what the page says, from top to bottom."""
+    prepare(page, folder)
+    said = ""
+    for block in blocks(page):
+        if block.language == "sh":
+            said += "".join(run_command(c, folder) for c in block.commands if not c.startswith(NOT_RUN))
+        elif block.language == "python":
+            script = folder / "example.py"
+            script.write_text(block.text, encoding="utf-8")
+            said += run_command("python example.py", folder)
+        elif block.place:
+            (folder / block.place).write_text(block.text, encoding="utf-8")
+        elif block.language == "text":
+            assert squeezed(block.text) in squeezed(said), block.text
+
+
+def squeezed(text: str) -> str:
+    return " ".join(text.split())
