@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.noise import calibrated
 from identify.output_error import Prior, Solution, prior_for, solve
-from identify.prepare import Prepared
+from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import Problem, cut, first_states
+from preprocess.trial import Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -107,6 +109,24 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
     """Fit the windows' first states alone, the parameters held."""
     held = Prior(p, np.full(len(p), 1e-9))
     return solve(problem, structure, p, first_states(problem), held, budget=4)
+
+
+def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
+    """Prepare trials with their inputs read as the motion says: straight between samples, or held until the next.
+
+    A command that is changed at every sample looks like a measured angle; which it is decides where between two
+    samples a change came, and the likelihood tells.
+    """
+    plain = prepare(trials, model)
+    if all(m.held or m.sample_time < 0.03 for s in plain.identify for m in s.inputs.values()):
+        return plain
+    held = prepare(trials, model, held=True)
+    one, other = (fit_from_scratch(p.structure, p.identify, length=SHORT, rounds=1) for p in (plain, held))
+    weights = other.problem.weighted_as(one.problem)
+    sigma = zip(other.problem.stretches, one.problem.stretches, strict=True)
+    weights = replace(weights, stretches=tuple(replace(a, samples=b.samples) for a, b in sigma))
+    there = solve(weights, held.structure, other.solution.p, other.solution.first, other.prior, budget=5)
+    return held if there.cost < one.solution.cost else plain
 
 
 def fit_declared(prepared: Prepared) -> Fitted:

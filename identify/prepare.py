@@ -27,15 +27,17 @@ class Prepared:
     digest: str
 
 
-def prepare(trials: Sequence[Trial], model: str) -> Prepared:
+def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepared:
     """Pool noise levels over the logs, cut trials into stretches, and declare the model for this vessel.
+
+    ``held`` takes every input for steps that hold until the next sample, whatever it looks like.
 
     Raises
     ------
     NotIdentifiable
         Where no trial has the role identify or none is long enough.
     """
-    trials = with_common_inputs(with_pooled_noise(trials))
+    trials = with_common_inputs(with_pooled_noise(trials), held)
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length) if trials else 0.1
     identify = tuple(s for t in used for s in stretches_of(t, h))
@@ -67,10 +69,12 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
     ]
 
 
-def with_common_inputs(trials: Sequence[Trial]) -> list[Trial]:
-    """An input that holds its values between changes in one log does so in all of them."""
-    held = {i.name: any(t.inputs[i.name].held for t in trials) for i in trials[0].inputs_declared}
-    return [replace(t, inputs={k: replace(m, held=held[k]) for k, m in t.inputs.items()}) for t in trials]
+def with_common_inputs(trials: Sequence[Trial], held: bool) -> list[Trial]:
+    """An input that holds its values between changes in one log does so in all of them; an output in PWM always does."""
+    holds = {
+        i.name: held or bool(i.pwm) or any(t.inputs[i.name].held for t in trials) for i in trials[0].inputs_declared
+    }
+    return [replace(t, inputs={k: replace(m, held=holds[k]) for k, m in t.inputs.items()}) for t in trials]
 
 
 def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:

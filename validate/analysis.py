@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from identify.base_fit import Fitted, fit_declared
+from identify.base_fit import Fitted, fit_declared, prepare_best
 from identify.fit import Fit
 from identify.models import MODEL_BY_NAME
-from identify.prepare import Prepared, prepare
+from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
@@ -94,7 +94,7 @@ def _identify(
 ) -> tuple[Prepared, Fitted, Outcome | None]:
     del optimiser, seed
     progress("identify", "", 0.0)
-    prepared = prepare(trials, _model(trials, model))
+    prepared = prepare_best(trials, _model(trials, model))
     declared = (
         fit_declared(prepared)
         if estimator in ("auto", "output_error")
