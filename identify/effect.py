@@ -164,7 +164,6 @@ class Active:
     @property
     def label(self) -> str:
         """Name that tells it from the other variants of the same effect."""
-        said = ("stream", "form", "swapped", "reversed", "logs")
         options = [_text(k, v) for k, v in self.variant.options.items()]
         parts = [p for p in (self.variant.input, *options) if p]
         return self.effect.name + (f" ({', '.join(parts)})" if parts else "")

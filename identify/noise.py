@@ -27,7 +27,9 @@ SMOOTH_LAGS = (1.5, 4.5)
 MEMORY = 8.0
 
 
-def errors_by_stream(problem: Problem, moments: Moments, kind: int) -> Iterator[tuple[FloatArray, FloatArray]]:
+def errors_by_stream(
+    problem: Problem, moments: Moments, kind: int
+) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Per window: times (m,) and errors (m, rows) of one stream, in units of its weight."""
     for w, residual in zip(problem.windows, moments.residuals, strict=True):
         samples = problem.stretches[w.stretch].samples
@@ -59,7 +61,9 @@ def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     n = sum(e.size for _, e in errors)
     interval = float(np.median(np.concatenate([np.diff(t) for t, _ in errors])))
     lags = max(2, min(int(MEMORY / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
-    covariance = np.array([sum(float(np.sum(e[k:] * e[: len(e) - k])) for _, e in errors) for k in range(lags)]) / n
+    covariance = (
+        np.array([sum(float(np.sum(e[k:] * e[: len(e) - k])) for _, e in errors) for k in range(lags)]) / n
+    )
     noise = 2.0 * covariance[0] / np.sqrt(n)
     died = np.nonzero(covariance[1:] < noise)[0]
     last = 1 + (int(died[0]) if len(died) else lags - 1)
@@ -76,7 +80,9 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     white = 2.0 * (white_ratio(problem, moments, kind)) ** 2
     if short is None or long is None or long - white <= 0.05 * white:
         return 0.0
-    power = np.log((long - white) / max(short - white, 1e-3 * white)) / np.log(SMOOTH_LAGS[1] / SMOOTH_LAGS[0])
+    power = np.log((long - white) / max(short - white, 1e-3 * white)) / np.log(
+        SMOOTH_LAGS[1] / SMOOTH_LAGS[0]
+    )
     return float(np.clip(1.5 * (power - 1.1), 0.0, 1.0))
 
 
@@ -99,7 +105,8 @@ def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
 def calibrated(problem: Problem, solution: Solution) -> Problem:
     """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion."""
     found = [
-        [ratio(problem, solution.moments, k) for k in range(4)] for ratio in (white_ratio, size_ratio, low_frequency_ratio)
+        [ratio(problem, solution.moments, k) for k in range(4)]
+        for ratio in (white_ratio, size_ratio, low_frequency_ratio)
     ]
     white, size, slow = np.array(found) * problem.inflation
     white = np.maximum(white, 1e-6)

@@ -146,10 +146,10 @@ def solve(
     now = moments(problem, structure, p, first)
     penalty = _penalty(p, first, anchor, prior, known)
     damping, stopped, step = 1e-3, Stopped.BUDGET, 0
-    held = np.zeros(len(p), dtype=bool)
+    held: BoolArray = np.zeros(len(p), dtype=bool)
     if not np.isfinite(now.cost):
         return _end(structure, p, first, now, penalty, anchor, held, Stopped.DIVERGED, 0, known)
-    for step in range(1, budget + 1):  # noqa: B007
+    for step in range(1, budget + 1):
         move, d_first, promised, held = _direction(now, p, first, anchor, prior, damping, low, high, known)
         if promised < tolerance:
             stopped = Stopped.CONVERGED
@@ -217,4 +217,3 @@ def information_of(solution: Solution, prior: Prior) -> FloatArray:
     """Information matrix (np, np) of the parameters, priors included."""
     known = np.diag(1.0 / prior.sd**2)
     return np.asarray(solution.reduced.information.sum(axis=0) + known, dtype=float)
-

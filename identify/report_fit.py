@@ -42,7 +42,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and s.coefficient >= 0]
     coefficients = [_coefficient(structure.slots[k], p[k], covariance[k, k], fitted, k) for k in own]
     effects, jacobians = [], []
-    for e, active in enumerate(structure.actives):
+    for e in range(len(structure.actives)):
         made, jacobian = fitted_effect(structure, p, covariance, e)
         effects.append(made)
         jacobians.append(jacobian)
@@ -60,7 +60,9 @@ def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: i
     stderr = float(np.sqrt(max(variance, 0.0)))
     at_bound = bool(fitted.solution.held[k])
     reason = _reason(float(value), stderr, at_bound)
-    return Estimated(dof, slot.name, float(value), stderr, unit_of(text, dof), not reason, at_bound, reason, text)
+    return Estimated(
+        dof, slot.name, float(value), stderr, unit_of(text, dof), not reason, at_bound, reason, text
+    )
 
 
 def _reason(value: float, stderr: float, at_bound: bool) -> str:
@@ -92,7 +94,9 @@ def _units(active: Active, structure: Structure, mine: list[int]) -> dict[str, s
     units = dict(active.effect.reported)
     for k in mine:
         slot = structure.slots[k]
-        units.setdefault(slot.name, unit_of(slot.term.text, slot.term.dof) if slot.term else slot.parameter.unit)
+        units.setdefault(
+            slot.name, unit_of(slot.term.text, slot.term.dof) if slot.term else slot.parameter.unit
+        )
     return units
 
 
@@ -131,7 +135,11 @@ def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:
     """The fitted equations as text, one per degree of freedom."""
     lines = []
     for dof, left in (("u", "u̇"), ("v", "v̇"), ("r", "ṙ"), ("e1", "ė₁"), ("e2", "ė₂")):
-        parts = [(p[k], s.term.text) for k, s in enumerate(structure.slots) if s.term is not None and s.term.dof == dof]
+        parts = [
+            (p[k], s.term.text)
+            for k, s in enumerate(structure.slots)
+            if s.term is not None and s.term.dof == dof
+        ]
         if parts:
             lines.append(f"{left} = " + _sum(parts))
     return tuple(lines)
@@ -140,4 +148,3 @@ def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:
 def _sum(parts: list[tuple[float, str]]) -> str:
     signed = (f"{'−' if c < 0 else '+'} {abs(c):.4g}{'' if t == '1' else f' {t}'}" for c, t in parts)
     return " ".join(signed).removeprefix("+ ")
-

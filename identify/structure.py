@@ -98,7 +98,8 @@ class Structure:
     def _free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
         """Per active effect: its free terms with their parameters' names."""
         return tuple(
-            tuple(a.effect.terms(self.setting, a.variant).items()) if a.effect.terms else () for a in self.actives
+            tuple(a.effect.terms(self.setting, a.variant).items()) if a.effect.terms else ()
+            for a in self.actives
         )
 
     @cached_property
@@ -114,7 +115,13 @@ class Structure:
     def slots(self) -> tuple[Slot, ...]:
         """Layout of the parameter vector."""
         slots = [
-            Slot(t.name, -1, Parameter(t.name, "", 1.0, (0.0, np.inf) if t.positive else (-np.inf, np.inf)), k, t)
+            Slot(
+                t.name,
+                -1,
+                Parameter(t.name, "", 1.0, (0.0, np.inf) if t.positive else (-np.inf, np.inf)),
+                k,
+                t,
+            )
             for k, t in enumerate(self.setting.terms)
         ]
         k = len(slots) + len(self.model.fixed)
@@ -127,7 +134,9 @@ class Structure:
         if self.input_lead is not None:
             mean, sd = self.input_lead
             limits = (mean - 2.2 * sd, mean + 2.2 * sd)
-            slots.append(Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd)))
+            slots.append(
+                Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd))
+            )
         return tuple(slots)
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:

@@ -40,7 +40,8 @@ class Problem:
     """Stretches cut into windows, and how much larger than the sensors' own noise each stream's errors count.
 
     ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``dispersion`` (4,) is how much
-    more than white noise the errors of a stream count in slow averages (for tests and intervals); ``length`` is the length of a window that was asked for, s.
+    more than white noise the errors of a stream count in slow averages (for tests and intervals); ``length`` is the
+    length of a window that was asked for, s.
     """
 
     stretches: tuple[Stretch, ...]
@@ -127,14 +128,17 @@ def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatA
     block[:2, :2], block[1, 2] = a, 1.0
     step = expm(block * stretch.h)
     force = through_water(stretch.states, d.current)[:, 3] * stretch.states[:, 5]
-    return kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]))
+    found = kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]))
+    return np.asarray(found, dtype=float)
 
 
 def moments(problem: Problem, structure: Structure, p: FloatArray, first: FloatArray) -> Moments:
     """Predict every window and form its moments with respect to its first state and all parameters."""
     prepared = [(drive(structure, p, s), directions(structure, p, s)) for s in problem.stretches]
     if structure.has_following_states:
-        follow = [following_states(structure, d, s) for (d, _), s in zip(prepared, problem.stretches, strict=True)]
+        follow = [
+            following_states(structure, d, s) for (d, _), s in zip(prepared, problem.stretches, strict=True)
+        ]
         first = first.copy()
         first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
 
@@ -158,9 +162,10 @@ def _window(
     s_all, f_all = np.empty((w.steps + 1, kernel.NX, nd)), np.empty((w.steps + 1, kernel.NX, nd))
     by_all = np.empty((w.steps, 3, d.channels.shape[1]))
     done = kernel.sensitivities(
-        first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current, structure.u0,
-        table.equation, table.which, table.product, d.coefficients, simple, table.equation_of,
-        along.coefficients, along.channels[part], along.slopes[part], along.current, states, rates, s_all, f_all, by_all,
+        first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
+        structure.u0, table.equation, table.which, table.product, d.coefficients, simple, table.equation_of,
+        along.coefficients, along.channels[part], along.slopes[part], along.current, states, rates, s_all, f_all,
+        by_all,
     )  # fmt: skip
     moment = np.zeros((nd + 1, nd + 1))
     residual = np.zeros((w.samples.stop - w.samples.start, 2))

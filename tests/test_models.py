@@ -116,7 +116,7 @@ def test_a_regressor_is_the_product_that_a_person_reads(u, v, r, delta, n):
     values |= {"δ": delta, "|δ|": abs(delta), "|n|n": abs(n) * n, "|n|": abs(n)}
     speed = np.hypot(u, v)
     expected = {
-        "|v|r": abs(v) * r, "u³": u**3, "Δu³/U": (u - 0.7) ** 3 / max(speed, 1e-3), 
+        "|v|r": abs(v) * r, "u³": u**3, "Δu³/U": (u - 0.7) ** 3 / max(speed, 1e-3),
         "δ²ΔuU": delta**2 * (u - 0.7) * speed,
         "|u|u|δ|δ": abs(u) * u * abs(delta) * delta, "|n|u": abs(n) * u, "v²r/U": v**2 * r / max(speed, 1e-3),
     }  # fmt: skip

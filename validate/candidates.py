@@ -16,11 +16,12 @@ from identify.structure import Structure
 from identify.windows import first_states, moments, state_precision
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with a start for its refit (and where it was looked at), and the gain that the first order promises."""
+    """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises."""
 
     active: Active
     p: FloatArray
@@ -61,13 +62,15 @@ def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     found = _screen_at_null(fitted, easy) if easy else []
     for active in actives:
         if not smooth(active):
-            found.append(max((_screen_at(fitted, active, s) for s in _starts(fitted, active)), key=lambda x: x.gain))
+            found.append(
+                max((_screen_at(fitted, active, s) for s in _starts(fitted, active)), key=lambda x: x.gain)
+            )
     return sorted(found, key=lambda x: -x.gain)
 
 
 def extended(
     structure: Structure, p: FloatArray, actives: Sequence[Active]
-) -> tuple[Structure, FloatArray, list[FloatArray]]:
+) -> tuple[Structure, FloatArray, list[Places]]:
     """Structure with effects added, its parameters at their nulls, and where each effect's parameters are."""
     wide = replace(structure, actives=(*structure.actives, *actives))
     values = {(s.effect, s.name): v for s, v in zip(structure.slots, p, strict=True)}
@@ -76,7 +79,8 @@ def extended(
     ])  # fmt: skip
     first = len(structure.actives)
     places = [
-        np.array([k for k, s in enumerate(wide.slots) if s.effect == first + j], dtype=int) for j in range(len(actives))
+        np.array([k for k, s in enumerate(wide.slots) if s.effect == first + j], dtype=int)
+        for j in range(len(actives))
     ]
     return wide, out, places
 
@@ -87,9 +91,7 @@ def normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, 
     now = moments(problem, wide, p, solution.first)
     if not np.isfinite(now.cost):
         return np.eye(len(p)), np.zeros(len(p)), np.inf
-    reduced = reduce(
-        now.matrices, solution.first, first_states(problem), state_precision(wide)
-    )
+    reduced = reduce(now.matrices, solution.first, first_states(problem), state_precision(wide))
     prior = prior_of(wide, p, fitted)
     weight = 1.0 / prior.sd**2
     information = reduced.information.sum(axis=0) + np.diag(weight)
@@ -112,11 +114,14 @@ def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]
     return found
 
 
-def _schur_gain(information: FloatArray, score: FloatArray, base: FloatArray, mine: FloatArray) -> tuple[float, FloatArray]:
+def _schur_gain(
+    information: FloatArray, score: FloatArray, base: Places, mine: Places
+) -> tuple[float, FloatArray]:
     """Gain and step of the parameters ``mine`` with all ``base`` parameters free to follow."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     m, s = information * scale * scale[:, None], score * scale
-    follow = np.linalg.solve(m[np.ix_(base, base)] + 1e-9 * np.eye(len(base)), np.column_stack([m[np.ix_(base, mine)], s[base]]))
+    damped = m[np.ix_(base, base)] + 1e-9 * np.eye(len(base))
+    follow = np.linalg.solve(damped, np.column_stack([m[np.ix_(base, mine)], s[base]]))
     left = m[np.ix_(mine, mine)] - m[np.ix_(mine, base)] @ follow[:, :-1]
     rest = s[mine] - m[np.ix_(mine, base)] @ follow[:, -1]
     values, vectors = np.linalg.eigh(left)
@@ -131,7 +136,11 @@ def _within(structure: Structure, places: FloatArray, at: FloatArray, step: Floa
     out = np.empty(len(step))
     for j, k in enumerate(places):
         slot = structure.slots[k]
-        most = np.inf if slot.coefficient >= 0 else (3.0 if slot.parameter.starts else 30.0) * slot.parameter.scale
+        most = (
+            np.inf
+            if slot.coefficient >= 0
+            else (3.0 if slot.parameter.starts else 30.0) * slot.parameter.scale
+        )
         low, high = slot.parameter.bounds
         out[j] = np.clip(at[j] + np.clip(step[j], -most, most), low, high) - at[j]
     return out

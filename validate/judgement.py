@@ -24,7 +24,8 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
-#: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so many s.
+#: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
+#: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
 #: only borrows from what is really missing.
@@ -65,7 +66,15 @@ def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float
 
     def search(p: FloatArray, first: FloatArray, steps: int) -> Solution:
         return solve(
-            problem, structure, p, first, prior, anchor=anchor, budget=steps, tolerance=tolerance, target=target
+            problem,
+            structure,
+            p,
+            first,
+            prior,
+            anchor=anchor,
+            budget=steps,
+            tolerance=tolerance,
+            target=target,
         )
 
     if fitted.chi2_per_dof < 1.5:
@@ -76,14 +85,18 @@ def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float
     starts = (screened.p, screened.unmoved, start_by_regression(structure, screened.p, problem.stretches))
     tries = [search(p, fitted.solution.first, 5) for p in starts]
     best = min(tries, key=lambda s: s.total if np.isfinite(s.total) else np.inf)
-    return Fitted(problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best)
+    return Fitted(
+        problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best
+    )
 
 
 def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
     """The same structure fitted under another problem's weights, from where it was."""
     s = fitted.solution
     anchor, tolerance = first_states(problem), step_tolerance(fitted)
-    solution = solve(problem, s.structure, s.p, s.first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance)
+    solution = solve(
+        problem, s.structure, s.p, s.first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
+    )
     return replace(fitted, problem=problem, solution=solution)
 
 
@@ -113,14 +126,17 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
         return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
     weights = calibrated(best.problem, best.solution)
     base_there = under(weights, base)
-    near = [(s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)]
+    near = [
+        (s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)
+    ]
     judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
 
 
 def better_base(base: Fitted, candidate: Fitted) -> Fitted:
-    """The fit without the candidate, begun anew from where the candidate ended: a base that is not at its best would
-    let any candidate gain.
+    """The fit without the candidate, begun anew from where the candidate ended.
+
+    A base that is not at its best would let any candidate gain.
     """
     structure = base.solution.structure
     where = {(s.effect, s.name): k for k, s in enumerate(candidate.solution.structure.slots)}

@@ -75,7 +75,8 @@ def _unit_diagonal(information: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _follow(m: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
     """How ``others`` move per move of ``mine``, to first order (unit diagonal)."""
     return np.asarray(
-        np.linalg.solve(m[np.ix_(others, others)] + 1e-9 * np.eye(len(others)), m[np.ix_(others, mine)]), dtype=float
+        np.linalg.solve(m[np.ix_(others, others)] + 1e-9 * np.eye(len(others)), m[np.ix_(others, mine)]),
+        dtype=float,
     )
 
 
@@ -149,7 +150,9 @@ def _start(fitted: Fitted, index: int, wide: Structure, moved: FloatArray, activ
 
     values = {key(wide, s.effect, s.name): v for s, v in zip(wide.slots, moved, strict=True)}
     target = fitted.solution.structure.without(index).with_effect(active)
-    return np.array([np.clip(values[key(target, s.effect, s.name)], *s.parameter.bounds) for s in target.slots])
+    return np.array(
+        [np.clip(values[key(target, s.effect, s.name)], *s.parameter.bounds) for s in target.slots]
+    )
 
 
 def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:

@@ -19,7 +19,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
-def window_errors(fitted: Fitted, p: FloatArray, first: FloatArray, which: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+def window_errors(
+    fitted: Fitted, p: FloatArray, first: FloatArray, which: Sequence[int]
+) -> tuple[FloatArray, FloatArray]:
     """Prediction less smoothed measurement of u, v, r (n, 3) over some windows, and the smoother's own variance."""
     errors, variances = [], []
     drives: dict[int, Drive] = {}
@@ -52,10 +54,14 @@ def structured_share(fitted: Fitted) -> dict[str, float]:
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
     large = np.clip((fitted.problem.inflation - 3.0) / 7.0, 0.0, 1.0)
-    smooth = {k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()}
+    smooth = {
+        k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
+    }
     predicts = fitted.solution.structure.model.predicts
     return {
-        c: float(left[j] * np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c]))) if c in predicts else 0.0
+        c: float(left[j] * np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])))
+        if c in predicts
+        else 0.0
         for j, c in enumerate(("u", "v", "r"))
     }
 
@@ -72,7 +78,9 @@ def _from_input_timing(fitted: Fitted, draws: int = 3, seed: int = 0) -> FloatAr
             moved = drive(structure, solution.p, _with_other_times(stretch, rng))
             for k in windows:
                 w = problem.windows[k]
-                one, other = (run(structure, d, stretch, solution.first[k], w.first, w.steps) for d in (plain, moved))
+                one, other = (
+                    run(structure, d, stretch, solution.first[k], w.first, w.steps) for d in (plain, moved)
+                )
                 difference = (one - other)[:, 3:6]
                 square += np.nansum(np.minimum(difference**2, 1e2), axis=0)
                 n += len(difference)
@@ -82,7 +90,8 @@ def _from_input_timing(fitted: Fitted, draws: int = 3, seed: int = 0) -> FloatAr
 def _with_other_times(stretch: Stretch, rng: np.random.Generator) -> Stretch:
     """The stretch with every logged change of an input up to half an interval earlier or later."""
     inputs = {
-        name: replace(m, t=m.t + rng.uniform(-0.5, 0.5, len(m.t)) * m.sample_time) for name, m in stretch.inputs.items()
+        name: replace(m, t=m.t + rng.uniform(-0.5, 0.5, len(m.t)) * m.sample_time)
+        for name, m in stretch.inputs.items()
     }
     return replace(stretch, inputs=inputs)
 
@@ -96,7 +105,9 @@ def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None
     if not problem.windows:
         return None
     tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
-    found = solve(problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8)
+    found = solve(
+        problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8
+    )
     return Fitted(problem, tight, found) if np.isfinite(found.cost) else None
 
 
@@ -106,7 +117,9 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     for s in problem.stretches:
         for kind in np.unique(s.samples.kind):
             level.setdefault(int(kind), float(s.samples.sigma[s.samples.kind == kind][0]))
-    sigma = np.array([level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)])
+    sigma = np.array(
+        [level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)]
+    )
     return replace(stretch, samples=replace(stretch.samples, sigma=sigma))
 
 
@@ -139,7 +152,9 @@ def cross_validated(fitted: Fitted) -> dict[str, float]:
     for fold in folds(fitted):
         left = information - reduced.information[fold].sum(axis=0)
         scale = 1.0 / np.sqrt(np.maximum(np.diag(left), 1e-300))
-        move = -scale * _solve_where_known(left * scale * scale[:, None], scale * reduced.score[fold].sum(axis=0))
+        move = -scale * _solve_where_known(
+            left * scale * scale[:, None], scale * reduced.score[fold].sum(axis=0)
+        )
         p = _bounded(fitted, fitted.solution.p + np.nan_to_num(move))
         first = fitted.solution.first - reduced.state_slope @ (p - fitted.solution.p)
         with np.errstate(over="ignore", invalid="ignore"):

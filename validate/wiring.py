@@ -52,7 +52,9 @@ def misfit_by_block(structure: Structure, stretches: Sequence[Stretch]) -> Float
     """Squared error of the regression (blocks,), each acceleration in units of its standard deviation."""
     parts = [_averaged(structure, s) for s in stretches]
     scale = np.vstack([t for _, t in parts]).std(axis=0) + 1e-12
-    return np.concatenate([_of_stretch(structure, s.h, *part, scale) for s, part in zip(stretches, parts, strict=True)])
+    return np.concatenate(
+        [_of_stretch(structure, s.h, *part, scale) for s, part in zip(stretches, parts, strict=True)]
+    )
 
 
 def _of_stretch(
@@ -87,7 +89,9 @@ def _averaged(structure: Structure, stretch: Stretch) -> tuple[FloatArray, Float
     weights = (m * (m + 1) - j * (j + 1)).astype(float)
     weights /= weights.sum()
     design = regressors(structure, null_parameters(structure), stretch)
-    smooth = np.column_stack([np.convolve(np.pad(c, (m, m - 1), mode="edge"), weights, mode="valid") for c in design.T])
+    smooth = np.column_stack(
+        [np.convolve(np.pad(c, (m, m - 1), mode="edge"), weights, mode="valid") for c in design.T]
+    )
     return smooth, accelerations(stretch, m)
 
 
@@ -113,4 +117,4 @@ def _z(one: FloatArray, other: FloatArray) -> float:
     quiet = 0.1 * float(np.mean(other))
     difference = (one - other) / (one + other + quiet)
     spread = float(np.std(difference, ddof=1)) if len(difference) > 2 else np.inf
-    return float(np.mean(difference)) / max(spread / np.sqrt(len(difference)), 1e-12)
+    return float(np.mean(difference) / max(spread / np.sqrt(len(difference)), 1e-12))
