@@ -55,7 +55,7 @@ def null_parameters(structure: Structure) -> FloatArray:
 
 def window_length(length: float) -> float:
     """Length of the long windows for a vessel of this length: 30 s, more for ships whose response is slower."""
-    return LONG * max(1.0, min(np.sqrt(length / 7.0), 5.0))
+    return LONG * max(1.0, min(float(np.sqrt(length / 7.0)), 5.0))
 
 
 def fit_from_scratch(
@@ -80,8 +80,7 @@ def fit_from_scratch(
     rounds : int
         How often the noise is calibrated anew.
     """
-    p = null_parameters(structure) if p is None else p
-    p = start_by_regression(structure, p, stretches)
+    p = start_by_regression(structure, null_parameters(structure) if p is None else p, stretches)
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     length = window_length(structure.vessel.length) if length is None else length
     lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
@@ -93,7 +92,9 @@ def fit_from_scratch(
         if not np.isfinite(started.cost):
             break
         problem = calibrated(longer, started)
-        solution = solve(problem, structure, p, started.first, prior, budget=25, tolerance=1e-4 * problem.rows)
+        solution = solve(
+            problem, structure, p, started.first, prior, budget=25, tolerance=1e-4 * problem.rows
+        )
         problem, p = calibrated(problem, solution), solution.p
     for _ in range(rounds + 1):
         found = Fitted(problem, prior, solution)

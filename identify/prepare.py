@@ -70,9 +70,10 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def with_common_inputs(trials: Sequence[Trial], held: bool) -> list[Trial]:
-    """An input that holds its values between changes in one log does so in all of them; an output in PWM always does."""
+    """An input that holds its values between changes in one log does so in all; an output in PWM always does."""
     holds = {
-        i.name: held or bool(i.pwm) or any(t.inputs[i.name].held for t in trials) for i in trials[0].inputs_declared
+        i.name: held or bool(i.pwm) or any(t.inputs[i.name].held for t in trials)
+        for i in trials[0].inputs_declared
     }
     return [replace(t, inputs={k: replace(m, held=holds[k]) for k, m in t.inputs.items()}) for t in trials]
 

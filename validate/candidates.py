@@ -131,7 +131,7 @@ def _schur_gain(
     return float(np.sum(along**2 / values[good])), step * scale[mine]
 
 
-def _within(structure: Structure, places: FloatArray, at: FloatArray, step: FloatArray) -> FloatArray:
+def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArray) -> FloatArray:
     """The step, cut to the bounds and to what a first order can be trusted for."""
     out = np.empty(len(step))
     for j, k in enumerate(places):
