@@ -45,6 +45,7 @@ def same_angle(found, true, atol):
     assert np.abs(np.angle(np.exp(1j * (np.asarray(found) - np.asarray(true))))).max() < atol
 
 
+@pytest.mark.slow
 def test_dataflash_by_pymavlink(tmp_path):
     from pymavlink import DFReader
 
