@@ -99,8 +99,19 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return fitted
         report(f"taken: {taken.label} (gain {taken.gain:.0f})")
-        problem = calibrated(taken.fitted.problem, taken.fitted.solution)
-        fitted = under(problem, taken.fitted)
+        fitted = settled(taken.fitted)
+
+
+def settled(fitted: Fitted) -> Fitted:
+    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
+    structure = fitted.solution.structure
+    here = under(calibrated(fitted.problem, fitted.solution), fitted, 20)
+    if here.chi2_per_dof < 1.2:
+        return here
+    p = np.where([s.coefficient < 0 for s in structure.slots], here.solution.p, 0.0)
+    anew = fit_from_scratch(structure, fitted.problem.stretches, p, length=fitted.problem.length)
+    there = under(here.problem, anew, 20)
+    return under(calibrated(there.problem, there.solution), there) if there.solution.total < here.solution.total else here
 
 
 def _pruned(fitted: Fitted, report: Callable[[str], None]) -> Fitted:
