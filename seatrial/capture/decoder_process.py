@@ -1,0 +1,171 @@
+"""The decoders in a process of their own, so that whatever they do, no byte waits for them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any
+
+from seatrial.capture.live_decoding import Outcome, PortDecoder
+from seatrial.capture.settings import PortSettings
+
+#: Bytes that may wait for the decoders; what comes on top is kept but not decoded.
+MOST_WAITING = 1 << 26
+#: Signals that end a capture: they are for its main process.
+ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+Batch = list[tuple[int, list[tuple[int, bytes]]]]
+
+
+@dataclass(frozen=True)
+class LiveWanted:
+    """That the decoded data are to be shown, and under which name."""
+
+    name: str
+
+
+def serve(connection: Connection, ports: tuple[PortSettings, ...], live: LiveWanted | None) -> None:
+    """Decode batches until the other end closes: the main function of the process."""
+    watcher = None
+    if live is not None:
+        from seatrial.capture.live_view import LiveView
+
+        watcher = LiveView.open(live.name, ports)
+    decoders = [PortDecoder(port, watcher.show if watcher else None) for port in ports]
+    try:
+        while (batch := connection.recv()) is not None:
+            connection.send([(index, _fed(decoders[index], pieces)) for index, pieces in batch])
+        connection.send(None)
+    except (EOFError, OSError):
+        return
+    finally:
+        if watcher is not None:
+            watcher.close()
+
+
+def _fed(decoder: PortDecoder, pieces: list[tuple[int, bytes]]) -> Outcome:
+    """Decode; an error of a decoder costs the batch, and is told."""
+    try:
+        return decoder.feed(pieces)
+    except (ArithmeticError, LookupError, TypeError, ValueError, AssertionError) as error:
+        return Outcome(
+            remarks=[f"a batch could not be decoded ({type(error).__name__}: {error}); its bytes are kept"]
+        )
+
+
+@contextmanager
+def endings_blocked() -> Iterator[None]:
+    """Hold back the signals that end a capture; a process that is begun meanwhile never gets them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class DecoderProcess:
+    """Sends pieces to the decoders and collects what they give, without ever waiting for them.
+
+    Attributes
+    ----------
+    undecoded : int
+        Bytes that were not decoded because too many waited, or because the process has ended.
+    failed : bool
+        Whether it has ended before its time.
+    """
+
+    def __init__(self, ports: tuple[PortSettings, ...], live: LiveWanted | None = None) -> None:
+        self.undecoded = 0
+        self.failed = False
+        self._waiting: deque[Batch | None] = deque()
+        self._bytes_waiting = 0
+        self._outcomes: deque[tuple[int, Outcome]] = deque()
+        self._wake = threading.Condition()
+        self._finished = threading.Event()
+        context = get_context("spawn")
+        self._here, there = context.Pipe()
+        self._process = context.Process(
+            target=serve, args=(there, ports, live), daemon=True, name="seatrial decoders"
+        )
+        with endings_blocked():
+            self._process.start()
+        there.close()
+        threading.Thread(target=self._send, daemon=True).start()
+        threading.Thread(target=self._receive, daemon=True).start()
+
+    def put(self, batch: Batch) -> None:
+        """Hand pieces (nanoseconds, bytes) of ports (by number) to the decoders."""
+        size = _size(batch)
+        with self._wake:
+            if self.failed or self._bytes_waiting + size > MOST_WAITING:
+                self.undecoded += size
+                return
+            self._bytes_waiting += size
+            self._waiting.append(batch)
+            self._wake.notify()
+
+    def take(self) -> list[tuple[int, Outcome]]:
+        """What has been decoded since the last call, by port number."""
+        return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
+
+    def close(self, patience_s: float) -> None:
+        """Let the decoders finish what waits, but not for longer than this."""
+        with self._wake:
+            self._waiting.append(None)
+            self._wake.notify()
+        if not self._finished.wait(patience_s):
+            self._process.kill()
+        self._process.join(1.0)
+        self.failed = False
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process."""
+        return self._process.pid
+
+    def _send(self) -> None:
+        while True:
+            with self._wake:
+                while not self._waiting:
+                    self._wake.wait()
+                batch = self._waiting.popleft()
+            try:
+                self._here.send(batch)
+            except OSError:
+                return
+            if batch is None:
+                return
+            with self._wake:
+                self._bytes_waiting -= _size(batch)
+
+    def _receive(self) -> None:
+        try:
+            while (outcomes := self._here.recv()) is not None:
+                self._outcomes.extend(outcomes)
+        except (EOFError, OSError):
+            self.failed = True
+        self._finished.set()
+
+
+def _size(batch: Batch) -> int:
+    return sum(len(data) for _, pieces in batch for _, data in pieces)
+
+
+def cpu_seconds(pid: int | None) -> float:
+    """Processor time of a process so far; NaN where the system does not tell."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as file:  # noqa: PTH123
+            fields: Any = file.read().rpartition(")")[2].split()
+    except OSError:
+        return float("nan")
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
