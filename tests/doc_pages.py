@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 #: Every page that a person writes; the reference is made from the code.
 PAGES = sorted([README, *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "how-to").glob("*.md")])
-#: What a test cannot do: it would install, run every test, or open a window.
-NOT_RUN = ("make ", "seatrial view ")
+#: What a test cannot do: it would install, run every test, open a window, or wait for a device.
+NOT_RUN = ("make ", "seatrial view ", "seatrial capture ", "seatrial replay ")
 #: Vessel and format of the logs that a page finds in ``trials``.
 TRIALS = {
     "README": ("usv", "tlog"),
@@ -74,6 +74,15 @@ def prepare(page: Path, folder: Path) -> None:
     make_campaign([str(trials), *words])
     if any(b.place == "trials/campaign.toml" for b in blocks(page)):
         (trials / "campaign.toml").unlink()
+    if page.stem == "serial":
+        cut_off(folder / "trial.mcap")
+
+
+def cut_off(path: Path) -> None:
+    """A recording that ends in the middle of a record."""
+    make_campaign([str(path.parent / "cut"), "--format", "mcap", "--logs", "1", "--duration", "20"])
+    (whole,) = (path.parent / "cut").glob("*.mcap")
+    path.write_bytes(whole.read_bytes()[:-5000])
 
 
 def run_command(command: str, folder: Path) -> str:
