@@ -112,7 +112,7 @@ def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> Floa
     for k in range(int(assembled.stream.max(initial=-1)) + 1):
         mine = np.flatnonzero(assembled.stream == k)
         if len(mine) >= width:
-            out[mine] = np.maximum(median_filter(size[mine], size=width, mode="nearest") / usual, 1.0)
+            out[mine] = np.maximum(median_filter(size[mine], size=width, mode="mirror") / usual, 1.0)
     return out
 
 

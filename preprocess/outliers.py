@@ -170,5 +170,5 @@ def spread(residual: FloatArray, width: int = 25) -> FloatArray:
 
     size = np.abs(residual)
     whole = MAD_TO_SIGMA * float(np.median(size)) if len(size) else 0.0
-    local = MAD_TO_SIGMA * median_filter(size, size=width, mode="nearest") if len(size) >= width else whole
+    local = MAD_TO_SIGMA * median_filter(size, size=width, mode="mirror") if len(size) >= width else whole
     return np.maximum(np.maximum(whole, local), 1e-12)
