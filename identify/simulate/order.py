@@ -77,7 +77,7 @@ def parse_order(text: str) -> Order:
     UsageError
         Where it is none of these.
     """
-    match = _TEXT.fullmatch(text.lower())
+    match = _TEXT.fullmatch(text.lower().replace("turning circle", "circle"))
     kind = _ALIASES.get(match["kind"], match["kind"]) if match else ""
     if match is None or kind not in KINDS:
         near = nearest(kind or text, list(KINDS))
