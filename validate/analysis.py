@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from identify.base_fit import Fitted, fit_declared, prepare_best
+from identify.base_fit import Fitted, prepare_best
 from identify.fit import Fit
+from identify.fit_with import fit_with
 from identify.models import MODEL_BY_NAME
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
@@ -18,6 +19,7 @@ from validate.loop import Outcome, search
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
 from validate.verdict import diagnose, worse
+from validate.waves import find_waves
 
 Progress = Callable[[str, str, float], None]
 
@@ -68,11 +70,12 @@ def analyse(
     if outcome and outcome.standing and worse(*scored):
         outcome, after = replace(outcome, standing=(), refuted=True), declared
         runs, scored = [runs[0]] * 2, [scored[0]] * 2
+    waves = find_waves(after) if loop else None
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
     ]
-    diagnosis = diagnose(prepared, outcome, after, materiality) if outcome else None
+    diagnosis = diagnose(prepared, outcome, after, waves, materiality) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
     progress("validate", "", 1.0)
@@ -92,14 +95,9 @@ def _identify(
     loop: bool,
     progress: Progress,
 ) -> tuple[Prepared, Fitted, Outcome | None]:
-    del optimiser, seed
     progress("identify", "", 0.0)
     prepared = prepare_best(trials, _model(trials, model))
-    declared = (
-        fit_declared(prepared)
-        if estimator in ("auto", "output_error")
-        else _by_regression(prepared, estimator)
-    )
+    declared = fit_with(prepared, estimator, optimiser, seed)
     progress("identify", "", 1.0)
     if not loop:
         return prepared, declared, None
@@ -109,17 +107,13 @@ def _identify(
     return prepared, declared, outcome
 
 
-def _by_regression(prepared: Prepared, estimator: str) -> Fitted:
-    from identify.by_regression import fit_by_regression
-
-    return fit_by_regression(prepared, estimator)[0]
-
-
 def _model(trials: Sequence[Trial], name: str) -> str:
+    """The declared model, or the simplest that the data support."""
     if name != "auto":
         return name
-    kinds = {i.kind for i in trials[0].inputs_declared}
-    return "modulus" if kinds & {"thruster", "azimuth", "tunnel"} else "blanke"
+    from identify.choose_model import choose_model
+
+    return choose_model(trials)[0]
 
 
 def _estimator(name: str) -> str:

@@ -13,13 +13,16 @@ from validate.judgement import Judged, least_gain
 from validate.loop import Outcome, Turn
 from validate.residual_tests import residual_tests
 from validate.structure_left import cross_validated, on_other_logs, structured_share
+from validate.waves import Waves
 
 
-def diagnose(prepared: Prepared, outcome: Outcome, after: Fitted, materiality: float) -> Diagnosis:
+def diagnose(
+    prepared: Prepared, outcome: Outcome, after: Fitted, waves: Waves | None, materiality: float
+) -> Diagnosis:
     """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
-    taken = _taken(outcome)
-    left = _left(prepared, after)
-    verdict = _verdict(outcome, left, materiality)
+    taken = _taken(outcome) + ((TakenEffect(waves.fitted_effect(), waves.p_value, ()),) if waves else ())
+    left = {c: x * np.sqrt(max(0.0, 1.0 - (waves.share.get(c, 0.0) if waves else 0.0))) for c, x in _left(prepared, after).items()}
+    verdict = _verdict(taken, left, outcome.refuted, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)
     return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
 
@@ -50,12 +53,14 @@ def worse(before: Validation, after: Validation) -> bool:
     return sum(a * a for _, a in known) > 1.1 * sum(b * b for b, _ in known)
 
 
-def _verdict(outcome: Outcome, left: dict[str, float], materiality: float) -> Verdict:
-    if max(left.values()) > materiality or outcome.refuted:
+def _verdict(
+    taken: tuple[TakenEffect, ...], left: dict[str, float], refuted: bool, materiality: float
+) -> Verdict:
+    if max(left.values()) > materiality or refuted:
         return Verdict.UNEXPLAINED
-    if any(s.look_alikes for s in outcome.standing):
+    if any(t.look_alikes for t in taken):
         return Verdict.AMBIGUOUS
-    return Verdict.EXPLAINED if outcome.standing else Verdict.ADEQUATE
+    return Verdict.EXPLAINED if taken else Verdict.ADEQUATE
 
 
 def _round(turn: Turn) -> Round:
