@@ -78,7 +78,9 @@ class Waves:
     def fitted_effect(self) -> FittedEffect:
         """The effect ``waves`` as the report has it."""
         parameters = [Estimated("", "frequency", self.frequency, self.frequency_stderr, "rad/s")]
-        parameters += [Estimated("", c, self.amplitudes[c], self.stderrs[c], _UNITS[c]) for c in self.amplitudes]
+        parameters += [
+            Estimated("", c, self.amplitudes[c], self.stderrs[c], _UNITS[c]) for c in self.amplitudes
+        ]
         return FittedEffect("waves", None, tuple(parameters), {})
 
 
@@ -87,7 +89,8 @@ class _Spectra:
     """Fourier amplitudes, one row per window and taper; squared, they are densities per Hz, two-sided.
 
     ``omega`` (f,); ``force`` (n, f, 3) accelerations, ``errors`` (n, f, 3) of the velocities as the smoother shows
-    them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors.
+    them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
+    ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations.
     """
 
     omega: FloatArray
@@ -95,6 +98,7 @@ class _Spectra:
     errors: ComplexArray
     done: ComplexArray
     mean_square: FloatArray
+    order: FloatArray
 
     @property
     def spacing(self) -> float:
@@ -147,7 +151,9 @@ def find_waves(fitted: Fitted) -> Waves | None:
     while chance.min() < FALSE_ALARM:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = _measured(fitted, spectra, around, place, float(chance[place, channel]))
-        if _material(found, spectra, around[channel], place, channel) and not _goes_with(spectra, place, channel):
+        if _material(found, spectra, around[channel], place, channel) and not _goes_with(
+            spectra, place, channel
+        ):
             return found
         chance[_core(spectra, spectra.omega[place])] = 1.0
     return None
@@ -213,13 +219,20 @@ def _has_line(spectra: _Spectra, place: int) -> bool:
     return False
 
 
-def _measured(fitted: Fitted, spectra: _Spectra, around: Sequence[_Around], place: int, p_value: float) -> Waves:
+def _measured(
+    fitted: Fitted, spectra: _Spectra, around: Sequence[_Around], place: int, p_value: float
+) -> Waves:
     """Frequency, amplitudes and shares of a peak: what its band holds above the spectrum around it."""
     core = _core(spectra, spectra.omega[place])
     level = np.column_stack([a.across(place) for a in around])
-    excess = _by_window(np.abs(spectra.force) ** 2) - level
+    # as the sensors show it: there the tapers widen the peak to both sides alike
+    shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order
+    excess = (_by_window(np.abs(spectra.force) ** 2) - level) * shown_as
     centre, spread = _centroid(spectra, excess[:, core] @ (1.0 / level[place]), core)
-    amplitude, stderr = _amplitudes(_within(spectra, excess, core))
+    doubt = _within(spectra, level * shown_as, core) * np.sqrt(
+        2.0 / np.array([a.freedom[place] for a in around])
+    )
+    amplitude, stderr = _amplitudes(_within(spectra, excess, core), doubt)
     share = _shares(spectra, place, core)
     names = [(c, k) for k, c in enumerate(CHANNELS) if c in fitted.solution.structure.model.predicts]
     return Waves(
@@ -238,9 +251,10 @@ def _within(spectra: _Spectra, excess: FloatArray, core: BoolArray) -> FloatArra
     return np.asarray(excess[..., core, :].sum(axis=-2) * spectra.spacing / np.pi, dtype=float)
 
 
-def _amplitudes(variance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Amplitudes (3,) and standard errors from the variance in each window (w, 3)."""
-    square, spread = 2.0 * variance.mean(axis=0), 2.0 * variance.std(axis=0, ddof=1) / np.sqrt(len(variance))
+def _amplitudes(variance: FloatArray, doubt: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Amplitudes (3,) and standard errors from the variance in each window (w, 3), and the doubt about what to take off."""
+    square = 2.0 * variance.mean(axis=0)
+    spread = 2.0 * np.hypot(variance.std(axis=0, ddof=1) / np.sqrt(len(variance)), doubt)
     amplitude = np.sqrt(np.maximum(square, 0.0))
     return amplitude, np.minimum(spread / np.maximum(2.0 * amplitude, 1e-300), np.sqrt(spread))
 
@@ -276,10 +290,19 @@ def _spectra(fitted: Fitted) -> _Spectra | None:
         return None
     p, first = fitted.solution.p, fitted.solution.first
     residuals = moments(problem, structure, p, first).residuals
-    drives = {j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}}
+    drives = {
+        j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
+    }
     looks = [_look(fitted, k, residuals[k], drives[problem.windows[k].stretch], omega) for k in used]
     force, errors, done, error = (np.concatenate(part) for part in zip(*looks, strict=True))
-    return _Spectra(omega, force, errors, done[..., np.ptp(np.abs(done), axis=(0, 1)) > 0], np.mean(error**2, axis=0))
+    moved = np.ptp(np.abs(done), axis=(0, 1)) > 0
+    return _Spectra(omega, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure))
+
+
+def _order(structure: Structure) -> FloatArray:
+    streams = structure.setting.streams
+    along, turn = 2.0 if "velocity" in streams else 4.0, 2.0 if "yaw_rate" in streams else 4.0
+    return np.array([along, along, turn])
 
 
 def _interval(fitted: Fitted) -> float:
@@ -333,7 +356,10 @@ def _streams(
 
 
 def _velocities(
-    streams: Mapping[str, tuple[ComplexArray, float]], speed: FloatArray, arm: tuple[float, float], omega: FloatArray
+    streams: Mapping[str, tuple[ComplexArray, float]],
+    speed: FloatArray,
+    arm: tuple[float, float],
+    omega: FloatArray,
 ) -> ComplexArray:
     """Errors (tapers, f, 3) of u, v, r from all streams that show them, each by its precision.
 
@@ -364,7 +390,9 @@ def _merged(estimates: Sequence[tuple[ComplexArray, FloatArray]]) -> ComplexArra
     return np.asarray(sum(x / n for x, n in estimates) / sum(1.0 / n for _, n in estimates), dtype=complex)
 
 
-def _transform(t: FloatArray, values: FloatArray, begin: float, end: float, omega: FloatArray) -> ComplexArray:
+def _transform(
+    t: FloatArray, values: FloatArray, begin: float, end: float, omega: FloatArray
+) -> ComplexArray:
     """Fourier amplitudes (tapers, f, c) of values (n, c) at any times, a parabola taken off; |·|² per Hz, two-sided."""
     x = (t - begin) / (end - begin)
     parabola = np.vander(x - 0.5, 3)
@@ -393,7 +421,9 @@ def _jacobian(structure: Structure, d: Drive, stretch: Stretch, states: FloatArr
         for j in range(3):
             move = np.zeros(kernel.NX)
             move[3 + j] = size[j]
-            high, low = (_rates(structure, d, stretch, states[i] + s * move, w.first + i) for s in (1.0, -1.0))
+            high, low = (
+                _rates(structure, d, stretch, states[i] + s * move, w.first + i) for s in (1.0, -1.0)
+            )
             out[:, j] += (high - low) / (2.0 * size[j] * len(places))
     return out
 
