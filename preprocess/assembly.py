@@ -14,7 +14,7 @@ from preprocess.chains import Segments, Stream
 from preprocess.clocks import clock_offsets
 from preprocess.commands import feedback_noise, judge_input
 from preprocess.findings import longest_kind, manoeuvres_of, said
-from preprocess.gaps import find_segments
+from preprocess.gaps import find_segments, widened
 from preprocess.judge import Judged, judge
 from preprocess.raw import Raw
 from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
@@ -51,8 +51,9 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
     segments = find_segments(judged, vessel)
     wanted = sensor_times(judged)
-    heading = smooth_chain(heading_streams(judged), segments, wanted, inputs)
-    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted, inputs)
+    beside = widened(segments, judged)
+    heading = smooth_chain(heading_streams(judged), segments, wanted, inputs, beside=beside)
+    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted, inputs, beside=beside)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)

@@ -18,6 +18,8 @@ INTERVALS = 5.0
 #: A stretch needs this many samples of position and of heading, and this many seconds.
 LEAST_SAMPLES = 8
 LEAST_SECONDS = 4.0
+#: Samples this many intervals (of the slower sensor) beside a segment are judged with it.
+BESIDE = 1.5
 
 
 def bridge(t: FloatArray, position: FloatArray, length: float) -> float:
@@ -77,3 +79,18 @@ def _heading_bridge(judged: Mapping[str, Judged], t: FloatArray, longest: float)
 def _enough(stretch: tuple[float, float], t: FloatArray) -> bool:
     count = int(np.searchsorted(t, stretch[1], "right") - np.searchsorted(t, stretch[0]))
     return count >= LEAST_SAMPLES and stretch[1] - stretch[0] >= LEAST_SECONDS
+
+
+def widened(segments: Segments, judged: Mapping[str, Judged]) -> Segments:
+    """Segments with the samples that one sensor gives after the last, or before the first, of the other.
+
+    They are not smoothed, but they are judged; neighbouring segments stay apart.
+    """
+    if not segments:
+        return segments
+    used = [judged[k].raw.t for k in ("position", "heading")]
+    more = BESIDE * max(float(np.median(np.diff(t))) for t in used)
+    low, high = np.array(segments).T
+    room = 0.49 * np.r_[np.inf, low[1:] - high[:-1], np.inf]
+    low, high = low - np.minimum(more, room[:-1]), high + np.minimum(more, room[1:])
+    return tuple(zip(low.tolist(), high.tolist(), strict=True))

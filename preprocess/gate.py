@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.ends import judge_ends
 from preprocess.kalman import smooth
 from preprocess.levels import Levels
 from preprocess.trial import BoolArray, FloatArray
@@ -65,13 +66,16 @@ def gate(
     limit = threshold(streams[0].value.shape[1])
     for _ in range(PASSES):
         size = residual_size(assembled, aside, levels, prior)
-        size = size / local_scale(size, assembled)
+        scale = local_scale(size, assembled)
+        size = size / scale
         worst = size >= _most_around(size, assembled, aside)
         new = np.where(aside, size > limit, (size > limit) & worst)
         settled = int((new != aside).sum()) <= NEGLIGIBLE * len(aside)
         aside = new
         if settled:
             break
+    variance = variances(assembled.stream, levels.sigma)
+    aside = judge_ends(assembled, segments, aside, variance, scale, levels.q, prior, limit)
     return tuple(_with_good(s, k, assembled, aside) for k, s in enumerate(streams))
 
 

@@ -9,7 +9,7 @@ is linear in the number of rows.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -271,6 +271,11 @@ def cost(rows: Rows, q: float, prior: FloatArray) -> float:
     """
     r = rows
     return float(_cost(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, prior))
+
+
+def misfit(rows: Rows, q: float, prior: FloatArray) -> float:
+    """Return the sum of the squared standardised innovations; see :func:`cost` for the arguments."""
+    return cost(rows, q, prior) - cost(replace(rows, value=np.zeros_like(rows.value)), q, prior)
 
 
 def smooth(rows: Rows, q: float, prior: FloatArray) -> Smoothed:

@@ -148,6 +148,7 @@ def smooth_chain(
     wanted: FloatArray,
     inputs: Mapping[str, Measurement] | None = None,
     q: float | None = None,
+    beside: Segments | None = None,
 ) -> ChainResult:
     """Smooth one chain at the wanted times; levels that are not given are estimated.
 
@@ -160,9 +161,11 @@ def smooth_chain(
         When they change, more is expected of the motion.
     q : float, optional
         Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
+    beside : tuple of (start, end), optional
+        The segments with samples just outside them, which are judged but not smoothed.
     """
     if q is None:
-        streams, levels, prior, drive = clean_and_level(streams, segments, inputs or {})
+        streams, levels, prior, drive = clean_and_level(streams, beside or segments, inputs or {})
     else:
         guess, prior = first_guess(streams)
         levels, drive = replace(guess, q=q), None
