@@ -111,7 +111,9 @@ def settled(fitted: Fitted) -> Fitted:
     p = np.where([s.coefficient < 0 for s in structure.slots], here.solution.p, 0.0)
     anew = fit_from_scratch(structure, fitted.problem.stretches, p, length=fitted.problem.length)
     there = under(here.problem, anew, 20)
-    return under(calibrated(there.problem, there.solution), there) if there.solution.total < here.solution.total else here
+    if there.solution.total >= here.solution.total:
+        return here
+    return under(calibrated(there.problem, there.solution), there)
 
 
 def _pruned(fitted: Fitted, report: Callable[[str], None]) -> Fitted:

@@ -21,7 +21,8 @@ def diagnose(
 ) -> Diagnosis:
     """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
     taken = _taken(outcome) + ((TakenEffect(waves.fitted_effect(), waves.p_value, ()),) if waves else ())
-    left = {c: x * np.sqrt(max(0.0, 1.0 - (waves.share.get(c, 0.0) if waves else 0.0))) for c, x in _left(prepared, after).items()}
+    share = waves.share if waves else {}
+    left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
     verdict = _verdict(taken, left, outcome.refuted, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)
     return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
