@@ -1,0 +1,218 @@
+"""Spectra of the prediction errors over windows, from the raw measurements at their own times.
+
+Each window's errors are tapered by sines (Riedel and Sidorenko 1995, IEEE Trans. Signal Process. 43, 188-195) and
+transformed at the samples' own times; the streams are turned to body axes and merged to the errors of u, v, r by their
+precision; through the model's own linear response these become the accelerations that would cause them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from identify import kernel
+from identify.base_fit import Fitted
+from identify.drive import Drive, drive
+from identify.predict import run, shown
+from identify.regression import through_water
+from identify.stretch import KIND, Stretch
+from identify.structure import Structure
+from identify.windows import Problem, Window, moments
+from validate.tables import held_at
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
+
+#: Sine tapers per window.
+TAPERS = 2
+#: The lowest frequency, cycles in a window.
+LOWEST_CYCLES = 1.5
+#: No vessel follows anything faster than this, rad/s.
+FASTEST = 25.0
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Fourier amplitudes, one row per window and taper; squared, they are densities per Hz, two-sided.
+
+    ``omega`` (f,); ``force`` (n, f, 3) accelerations, ``errors`` (n, f, 3) of the velocities as the smoother shows
+    them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
+    ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations.
+    """
+
+    omega: FloatArray
+    force: ComplexArray
+    errors: ComplexArray
+    done: ComplexArray
+    mean_square: FloatArray
+    order: FloatArray
+
+    @property
+    def spacing(self) -> float:
+        """Interval of the frequencies, rad/s: half of one cycle per window."""
+        return float(self.omega[1] - self.omega[0])
+
+
+def spectra_of(fitted: Fitted) -> Spectra | None:
+    """Fourier amplitudes of all windows of nearly the usual length; None where they cannot show anything."""
+    problem, structure = fitted.problem, fitted.solution.structure
+    lengths = np.array([problem.stretches[w.stretch].h * w.steps for w in problem.windows])
+    usual = float(np.median(lengths)) if len(lengths) else 0.0
+    used = [k for k, length in enumerate(lengths) if length > 0.75 * usual]
+    fastest = min(FASTEST, 0.8 * np.pi / _interval(fitted)) if used else 0.0
+    omega = np.arange(LOWEST_CYCLES, fastest * usual / (2.0 * np.pi), 0.5) * 2.0 * np.pi / max(usual, 1e-9)
+    if len(used) < 2 or len(omega) < 12:
+        return None
+    p, first = fitted.solution.p, fitted.solution.first
+    residuals = moments(problem, structure, p, first).residuals
+    drives = {
+        j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
+    }
+    looks = [_look(fitted, k, residuals[k], drives[problem.windows[k].stretch], omega) for k in used]
+    force, errors, done, error = (np.concatenate(part) for part in zip(*looks, strict=True))
+    moved = np.ptp(np.abs(done), axis=(0, 1)) > 0
+    return Spectra(omega, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure))
+
+
+def _order(structure: Structure) -> FloatArray:
+    streams = structure.setting.streams
+    along, turn = 2.0 if "velocity" in streams else 4.0, 2.0 if "yaw_rate" in streams else 4.0
+    return np.array([along, along, turn])
+
+
+def _interval(fitted: Fitted) -> float:
+    """Longest of the streams' usual intervals between samples that the accelerations need, s."""
+    longest = 0.0
+    samples = [s.samples for s in fitted.problem.stretches]
+    for kinds in ((kernel.POSITION, kernel.VELOCITY), (kernel.HEADING, kernel.YAW_RATE)):
+        steps = [np.diff(s.t[s.kind == k]) for k in kinds for s in samples if (s.kind == k).sum() > 2]
+        longest = max(longest, min((float(np.median(d)) for d in steps), default=0.0))
+    return longest
+
+
+def _look(
+    fitted: Fitted, number: int, residual: FloatArray, d: Drive, omega: FloatArray
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]:
+    """One window: amplitudes (tapers, f, …) as in ``Spectra``, and the velocities' errors (n, 3)."""
+    problem, structure = fitted.problem, fitted.solution.structure
+    w = problem.windows[number]
+    stretch = problem.stretches[w.stretch]
+    part = slice(w.first, w.first + w.steps + 1)
+    states = run(structure, d, stretch, fitted.solution.first[number], w.first, w.steps)
+    error = shown(structure, d, stretch, states)[:, 3:6] - stretch.states[part, 3:6]
+    speed = through_water(stretch.states[part], d.current)[:, 3:6].mean(axis=0)
+    velocity = _velocities(_streams(problem, w, residual, omega), speed, structure.vessel.antenna, omega)
+    force = 1j * omega[:, None] * velocity - velocity @ _jacobian(structure, d, stretch, states, w).T
+    t = stretch.grid[part]
+    done = _deeds(structure, stretch, states, t)
+    return force, _transform(t, error, t[0], t[-1], omega), _transform(t, done, t[0], t[-1], omega), error
+
+
+def _streams(
+    problem: Problem, w: Window, residual: FloatArray, omega: FloatArray
+) -> dict[str, tuple[ComplexArray, float]]:
+    """Amplitudes (tapers, f, rows) of each stream's errors, vectors in body axes, and its noise per Hz."""
+    stretch = problem.stretches[w.stretch]
+    samples, (begin, end) = stretch.samples, stretch.grid[[w.first, w.first + w.steps]]
+    t, kind, sigma = samples.t[w.samples], samples.kind[w.samples], samples.sigma[w.samples]
+    psi = np.interp(t, stretch.grid, stretch.states[:, 2])
+    error = residual * (sigma * problem.inflation[kind])[:, None]
+    out = {}
+    for name in (n for n, k in KIND.items() if np.sum(kind == k) > 20):
+        mine = kind == KIND[name]
+        usual = float(np.median(sigma[mine]))
+        mine &= sigma < 100.0 * usual
+        e = error[mine, :1]
+        if KIND[name] in (kernel.POSITION, kernel.VELOCITY):
+            turn = (error[mine, 0] + 1j * error[mine, 1]) * np.exp(-1j * psi[mine])
+            e = np.column_stack([turn.real, turn.imag])
+        out[name] = _transform(t[mine], e, begin, end, omega), usual**2 * (end - begin) / len(e)
+    return out
+
+
+def _velocities(
+    streams: Mapping[str, tuple[ComplexArray, float]],
+    speed: FloatArray,
+    arm: tuple[float, float],
+    omega: FloatArray,
+) -> ComplexArray:
+    """Errors (tapers, f, 3) of u, v, r from all streams that show them, each by its precision.
+
+    A position's error in body axes grows with that of the velocity, with what an error of heading makes of the speed,
+    and turns with the vessel; what an antenna ahead of the origin does in yaw is taken off.
+    """
+    s = 1j * omega
+    yaw = [(x[0][..., 0] * (s if n == "heading" else 1.0), x[1] * (omega**2 if n == "heading" else omega**0))
+           for n in ("heading", "yaw_rate") if (x := streams.get(n))]  # fmt: skip
+    r = _merged(yaw) if yaw else np.zeros((TAPERS, len(omega)), dtype=complex)
+    psi = r / s
+    both = []
+    if "position" in streams:
+        (x, y), noise = np.moveaxis(streams["position"][0], -1, 0), streams["position"][1]
+        x, y = x + arm[1] * psi, y - arm[0] * psi
+        u, v = s * x - speed[2] * y + speed[1] * psi, s * y + speed[2] * x - speed[0] * psi
+        both.append((np.stack([u, v], axis=-1), (noise * omega**2)[:, None]))
+    if "velocity" in streams:
+        (u, v), noise = np.moveaxis(streams["velocity"][0], -1, 0), streams["velocity"][1]
+        u, v = u + arm[1] * r + speed[1] * psi, v - arm[0] * r - speed[0] * psi
+        both.append((np.stack([u, v], axis=-1), np.full((len(omega), 1), noise)))
+    uv = _merged(both) if both else np.zeros((TAPERS, len(omega), 2), dtype=complex)
+    return np.concatenate([uv, r[..., None]], axis=-1)
+
+
+def _merged(estimates: Sequence[tuple[ComplexArray, FloatArray]]) -> ComplexArray:
+    """Mean of several estimates by their precision."""
+    return np.asarray(sum(x / n for x, n in estimates) / sum(1.0 / n for _, n in estimates), dtype=complex)
+
+
+def _transform(
+    t: FloatArray, values: FloatArray, begin: float, end: float, omega: FloatArray
+) -> ComplexArray:
+    """Fourier amplitudes (tapers, f, c) of values (n, c) at any times, a parabola taken off; |·|² per Hz, two-sided."""
+    x = (t - begin) / (end - begin)
+    parabola = np.vander(x - 0.5, 3)
+    rest = values - parabola @ np.linalg.lstsq(parabola, values, rcond=None)[0]
+    tapers = np.sin(np.pi * np.arange(1, TAPERS + 1)[:, None] * x) * np.sqrt(2.0 * (end - begin)) / len(t)
+    wave = np.exp(-1j * np.outer(omega, t - begin))
+    tapered = np.moveaxis(tapers[:, :, None] * rest, 0, 1).reshape(len(t), -1)
+    return np.moveaxis((wave @ tapered).reshape(len(omega), TAPERS, -1), 1, 0)
+
+
+def _deeds(structure: Structure, stretch: Stretch, states: FloatArray, t: FloatArray) -> FloatArray:
+    """What the vessel did (n, m): inputs, the motion that the model says they cause, and products of two of them."""
+    inputs = [held_at(stretch.inputs[i.name], t) for i in structure.inputs]
+    motion = [states[:, j] for j in (3, 4, 5)]
+    pairs = [a * b for part in (inputs, motion) for a, b in combinations_with_replacement(part, 2)]
+    heading = [np.cos(states[:, 2]), np.sin(states[:, 2])]
+    return np.column_stack([*inputs, *motion, *pairs, *heading])
+
+
+def _jacobian(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray, w: Window) -> FloatArray:
+    """Mean derivative (3, 3) of the accelerations u̇, v̇, ṙ by u, v, r along a window; zeros for a discrete model."""
+    if structure.model.discrete:
+        return np.zeros((3, 3))
+    size = 1e-3 * (np.abs(states[:, 3:6]).mean(axis=0) + 1e-3)
+    out, places = np.zeros((3, 3)), np.linspace(0, w.steps - 1, 8).astype(int)
+    for i in places:
+        for j in range(3):
+            move = np.zeros(kernel.NX)
+            move[3 + j] = size[j]
+            high, low = (
+                _rates(structure, d, stretch, states[i] + s * move, w.first + i) for s in (1.0, -1.0)
+            )
+            out[:, j] += (high - low) / (2.0 * size[j] * len(places))
+    return out
+
+
+def _rates(structure: Structure, d: Drive, stretch: Stretch, state: FloatArray, step: int) -> FloatArray:
+    """Accelerations (3,) that the model gives in a state (8,)."""
+    table, part = structure.table, slice(step, step + 1)
+    states, rates = np.empty((2, kernel.NX)), np.empty((2, kernel.NX))
+    kernel.rollout(
+        state, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
+        structure.u0, table.equation, table.which, table.product, d.coefficients, states, rates,
+    )  # fmt: skip
+    return rates[0, 3:6]
