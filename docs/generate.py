@@ -286,7 +286,15 @@ def effects() -> list[str]:
             names = ", ".join(f"`{n}` ({u})" for n, u in effect.reported.items())
             lines += [f"Reported as {names}.", ""]
         lines += [f"Check on the vessel: {effect.check}", "", f"Source: {effect.source}.", ""]
-    return lines
+    return lines + [
+        "## waves",
+        "",
+        inspect.getdoc(waves) or "",
+        "",
+        "Reported as `frequency` (rad/s) and the amplitudes",
+        "`u`, `v` (m/s²), `r` (rad/s²).",
+        "",
+    ]
 
 
 def bounds(pair: tuple[float, float]) -> str:
