@@ -267,6 +267,7 @@ def subscript(number: int) -> str:
 def effects() -> list[str]:
     """Every effect that is searched for, from its declaration."""
     from identify.effects import EFFECTS
+    from validate import waves
 
     lines = [
         "# Effects",
@@ -286,15 +287,8 @@ def effects() -> list[str]:
             names = ", ".join(f"`{n}` ({u})" for n, u in effect.reported.items())
             lines += [f"Reported as {names}.", ""]
         lines += [f"Check on the vessel: {effect.check}", "", f"Source: {effect.source}.", ""]
-    return lines + [
-        "## waves",
-        "",
-        inspect.getdoc(waves) or "",
-        "",
-        "Reported as `frequency` (rad/s) and the amplitudes",
-        "`u`, `v` (m/s²), `r` (rad/s²).",
-        "",
-    ]
+    lines += ["## waves", "", inspect.getdoc(waves) or "", ""]
+    return [*lines, "Reported as `frequency` (rad/s) and the amplitudes `u`, `v` (m/s²), `r` (rad/s²).", ""]
 
 
 def bounds(pair: tuple[float, float]) -> str:
