@@ -7,7 +7,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -21,6 +21,9 @@ MOST_WAITING = 1 << 26
 #: Signals that end a capture: they are for its main process.
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
+#: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
+PROMPT, PATIENT = -10, 5
+
 Batch = list[tuple[int, list[tuple[int, bytes]]]]
 
 
@@ -31,8 +34,25 @@ class LiveWanted:
     name: str
 
 
+@dataclass(frozen=True)
+class LiveStats:
+    """How the live view did.
+
+    Attributes
+    ----------
+    latency_s : tuple of float
+        From arrival to the viewer: median, 99th percentile, worst; NaN where nothing was shown.
+    not_shown : int
+        Batches that were dropped because the viewer was behind.
+    """
+
+    latency_s: tuple[float, float, float]
+    not_shown: int
+
+
 def serve(connection: Connection, ports: tuple[PortSettings, ...], live: LiveWanted | None) -> None:
     """Decode batches until the other end closes: the main function of the process."""
+    set_niceness(PATIENT)
     watcher = None
     if live is not None:
         from seatrial.capture.live_view import LiveView
@@ -42,12 +62,12 @@ def serve(connection: Connection, ports: tuple[PortSettings, ...], live: LiveWan
     try:
         while (batch := connection.recv()) is not None:
             connection.send([(index, _fed(decoders[index], pieces)) for index, pieces in batch])
+        if watcher is not None:
+            watcher.close()
+            connection.send(LiveStats(watcher.latencies_s(), watcher.not_shown))
         connection.send(None)
     except (EOFError, OSError):
         return
-    finally:
-        if watcher is not None:
-            watcher.close()
 
 
 def _fed(decoder: PortDecoder, pieces: list[tuple[int, bytes]]) -> Outcome:
@@ -58,6 +78,12 @@ def _fed(decoder: PortDecoder, pieces: list[tuple[int, bytes]]) -> Outcome:
         return Outcome(
             remarks=[f"a batch could not be decoded ({type(error).__name__}: {error}); its bytes are kept"]
         )
+
+
+def set_niceness(value: int) -> None:
+    """Ask to be scheduled before others, or after; a user may not be allowed the former, and that is no error."""
+    with suppress(OSError, AttributeError):
+        os.setpriority(os.PRIO_PROCESS, 0, value)
 
 
 @contextmanager
@@ -82,11 +108,14 @@ class DecoderProcess:
         Bytes that were not decoded because too many waited, or because the process has ended.
     failed : bool
         Whether it has ended before its time.
+    live_stats : LiveStats, optional
+        How the live view did, when all is over.
     """
 
     def __init__(self, ports: tuple[PortSettings, ...], live: LiveWanted | None = None) -> None:
         self.undecoded = 0
         self.failed = False
+        self.live_stats: LiveStats | None = None
         self._waiting: deque[Batch | None] = deque()
         self._bytes_waiting = 0
         self._outcomes: deque[tuple[int, Outcome]] = deque()
@@ -151,7 +180,10 @@ class DecoderProcess:
     def _receive(self) -> None:
         try:
             while (outcomes := self._here.recv()) is not None:
-                self._outcomes.extend(outcomes)
+                if isinstance(outcomes, LiveStats):
+                    self.live_stats = outcomes
+                else:
+                    self._outcomes.extend(outcomes)
         except (EOFError, OSError):
             self.failed = True
         self._finished.set()

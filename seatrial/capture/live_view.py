@@ -111,6 +111,13 @@ class LiveView:
             return
         self._thread.join(2.0)
 
+    def latencies_s(self) -> tuple[float, float, float]:
+        """Median, 99th percentile and worst of the times from arrival to the viewer."""
+        if not self.latency_s:
+            return float("nan"), float("nan"), float("nan")
+        median, most, worst = np.percentile(np.array(self.latency_s), [50, 99, 100]).tolist()
+        return median, most, worst
+
     def _serve(self) -> None:
         while True:
             try:
@@ -231,6 +238,8 @@ def viewer_command(port: int) -> list[str]:
         "--port",
         str(port),
         "--memory-limit",
+        MEMORY,
+        "--server-memory-limit",
         MEMORY,
         *where,
     ]

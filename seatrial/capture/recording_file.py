@@ -150,21 +150,22 @@ class _Chunk:
         self.size = 0
         self.first, self.last = 2**63, 0
         self.times: dict[int, list[tuple[int, int]]] = {}
+        self._channel: ChannelSpec | None = None
+        self._number = 0
+        self._entries: list[tuple[int, int]] = []
 
     def add(self, message: Message) -> None:
-        number = self.channels.get(message.channel) or self._declare(message.channel)
-        entries = self.times.setdefault(number, [])
-        entries.append((message.log_ns, self.size))
-        sequence = self.counts.get(number, 0) + len(entries)
+        if message.channel is not self._channel:  # a channel is hashed once per run of its messages
+            self._channel = message.channel
+            self._number = self.channels.get(message.channel) or self._declare(message.channel)
+            self._entries = self.times.setdefault(self._number, [])
+        self._entries.append((message.log_ns, self.size))
+        sequence = self.counts.get(self._number, 0) + len(self._entries)
         size = len(message.payload)
-        self._put(
-            records.message_head(number, sequence, message.log_ns, message.publish_ns, size), message.payload
-        )
+        head = records.message_head(self._number, sequence, message.log_ns, message.publish_ns, size)
+        self.parts += (head, message.payload)
+        self.size += len(head) + size
         self.first, self.last = min(self.first, message.log_ns), max(self.last, message.log_ns)
-
-    def _put(self, *parts: bytes) -> None:
-        self.parts += parts
-        self.size += sum(map(len, parts))
 
     def _declare(self, spec: ChannelSpec) -> int:
         key = spec.schema, spec.schema_encoding, spec.definition
@@ -177,6 +178,10 @@ class _Chunk:
         self.declared.append(records.channel(number, schema, spec))
         self._put(self.declared[-1])
         return number
+
+    def _put(self, part: bytes) -> None:
+        self.parts.append(part)
+        self.size += len(part)
 
     def index_records(self) -> list[bytes]:
         """One index per channel."""

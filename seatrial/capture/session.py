@@ -208,6 +208,7 @@ class Session:
             self.files.lost_messages,
             self.decoders.undecoded if self.decoders else 0,
             self.files.trouble,
+            self.decoders.live_stats if self.decoders else None,
         )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from seatrial.capture.decoder_process import LiveStats
 from seatrial.capture.settings import PortSettings, Protocol
 
 
@@ -53,6 +54,8 @@ class Summary:
         Bytes that are in the file, but not in decoded channels.
     trouble : str
         Why the file could not be written to the end; empty where it was.
+    live : LiveStats, optional
+        How the live view did.
     """
 
     seconds: float
@@ -62,6 +65,7 @@ class Summary:
     lost_messages: int
     undecoded: int
     trouble: str
+    live: LiveStats | None = None
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -85,5 +89,8 @@ class Summary:
             yield f"  {self.undecoded:,} bytes were not decoded while capturing; they are kept, and read with the file"
         if self.lost_messages:
             yield f"  {self.lost_messages:,} decoded messages were not written; the bytes that they came from were"
+        if self.live:
+            median, most, worst = (1e3 * v for v in self.live.latency_s)
+            yield f"  live view: {median:.0f} ms after arrival, 99 % within {most:.0f} ms, at worst {worst:.0f} ms"
         for path, size in self.files:
             yield f"  {path} ({size / 1e6:.2f} MB)"

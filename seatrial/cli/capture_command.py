@@ -69,10 +69,11 @@ def command(
 
 def run(settings: CaptureSettings, quiet: bool) -> Summary:
     """Capture until a signal says that it is enough."""
-    from seatrial.capture.decoder_process import endings_blocked
+    from seatrial.capture.decoder_process import PROMPT, endings_blocked, set_niceness
     from seatrial.capture.session import Session
     from seatrial.cli.capture_lines import Teller, stop_on_signals
 
+    set_niceness(PROMPT)
     with endings_blocked():
         session = Session(settings, Teller(quiet))
         stop = stop_on_signals()
