@@ -13,6 +13,7 @@ import argparse
 import io
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -99,14 +100,15 @@ def recording_picture(results: Path, out: Path, at: float | None) -> list[Path]:
     port = free_port()
     command = [viewer, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", "1600x1000",
                "--hide-welcome-screen"]  # fmt: skip
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    silent = subprocess.DEVNULL
+    with subprocess.Popen(command, stdout=silent, stderr=silent, start_new_session=True) as process:
         try:
             raw = take(f"rerun+http://127.0.0.1:{port}/proxy", results / "recording.rrd", at)
         except (ConnectionError, RuntimeError, TimeoutError) as error:
             print(f"the Rerun viewer did not start ({error}): the recording is left out", file=sys.stderr)
             return []
         finally:
-            process.terminate()
+            os.killpg(process.pid, signal.SIGTERM)  # the viewer is a child of the command
     with Image.open(io.BytesIO(raw)) as image:
         save(image.crop((0, TITLE_BAR, image.width, image.height)), out / "recording.png")
     return [out / "recording.png"]

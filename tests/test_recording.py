@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -246,13 +247,14 @@ def test_the_viewer_opens_it_without_a_complaint(file, results, tmp_path):
         port = s.getsockname()[1]
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
     words = [command, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
+    silent = subprocess.DEVNULL
     with subprocess.Popen(
-        words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        words, env=environment, stdout=silent, stderr=silent, start_new_session=True
     ) as viewer:
         try:
             state = state_of(f"rerun+http://127.0.0.1:{port}/proxy", file)
         finally:
-            viewer.terminate()
+            os.killpg(viewer.pid, signal.SIGTERM)  # the viewer is a child of the command
     if state is None:
         pytest.skip("the viewer does not start here: no graphics driver")
     origins = {view.origin.lstrip("/") for view in state.views}
