@@ -15,6 +15,7 @@ import numpy as np
 from identify import kernel
 from identify.base_fit import Fitted, fit_states, null_parameters, window_length
 from identify.drive import Drive, drive
+from identify.lanes import population_in_lanes, tape_of
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, Minimum, minimise
 from identify.output_error import prior_for
@@ -73,7 +74,7 @@ class Objective:
     def _errors(self, course: Course, candidates: FloatArray) -> FloatArray:
         states = course_states(self.structure, course, self._coefficients(course, candidates))
         error = (states[:, :, 3:6] - course.measured) * course.weight
-        capped = np.clip(np.nan_to_num(error, nan=CAP), -CAP, CAP)
+        capped = np.clip(np.nan_to_num(error, nan=CAP, posinf=CAP, neginf=-CAP), -CAP, CAP)
         return np.asarray(np.einsum("mnc,mnc->m", capped, capped), dtype=float)
 
     def _coefficients(self, course: Course, candidates: FloatArray) -> FloatArray:
@@ -87,6 +88,11 @@ def course_states(structure: Structure, course: Course, coefficients: FloatArray
     """States (m, steps + 1, 8) of a population of coefficients (m, terms) over one window."""
     table, d, w = structure.table, course.drive, course.window
     part = slice(w.first, w.first + w.steps)
+    if not structure.model.discrete:
+        return population_in_lanes(
+            tape_of(table), course.first, course.stretch.h, d.channels[part], d.slopes[part], d.wind[part], d.current,
+            structure.u0, coefficients,
+        )  # fmt: skip
     states = np.empty((len(coefficients), w.steps + 1, kernel.NX))
     kernel.population(
         course.first, course.stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part],

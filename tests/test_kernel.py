@@ -11,6 +11,7 @@ from identify import kernel
 from identify.drive import directions, drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
+from identify.lanes import population_in_lanes, tape_of
 from identify.models import MODELS
 from identify.predict import run
 from identify.stretch import Samples, Stretch
@@ -230,6 +231,34 @@ def test_a_population_equals_single_runs():
     for member, found in zip(members, states, strict=True):
         alone = run(structure, drive(structure, member, stretch), stretch, FIRST)
         assert np.array_equal(found, alone)
+
+
+@pytest.mark.parametrize("model", [m.name for m in MODELS if not m.discrete])
+def test_lanes_equal_single_runs(model):
+    structure = structure_of(model)
+    stretch = stretch_of((RUDDER, PROPELLER))
+    members = np.array([parameters_of(structure, seed) for seed in range(11)])
+    d = drive(structure, members[0], stretch)
+    rows = np.array([drive(structure, m, stretch).coefficients for m in members])
+    current, wind = np.array([0.2, -0.1]), stretch.wind
+    found = population_in_lanes(
+        tape_of(structure.table), FIRST, STEP, d.channels, d.slopes, wind, current, structure.u0, rows
+    )
+    for coefficients, states in zip(rows, found, strict=True):
+        alone = run(structure, d._replace(coefficients=coefficients, current=current), stretch, FIRST)
+        good = np.isfinite(alone).all(axis=1)
+        assert good[:5].all()
+        assert np.allclose(states[good], alone[good], rtol=1e-9, atol=1e-9)
+        assert not (np.abs(states[~good][:, 3:]).max(axis=1) < 1e3).any()
+
+
+def test_a_tape_forms_each_product_once():
+    table = structure_of("cybership2").table
+    tape = tape_of(table)
+    distinct = {tuple(sorted(row[row > 0])) for row in table.product}
+    assert len(tape.place) == len(table.terms) == 27
+    assert len(set(tape.place.tolist())) == len(distinct)
+    assert len(tape.left) < len(table.terms)
 
 
 def test_a_run_that_runs_away_says_where():
