@@ -72,7 +72,7 @@ def _prices(limit: float, components: int) -> FloatArray:
     from scipy.stats import chi2
 
     further = float(chi2.isf(FALSE_ALARMS_BESIDE, components))
-    return np.r_[0.0, limit**2 + further * np.arange(OUTERMOST)]
+    return np.append(0.0, limit**2 + further * np.arange(OUTERMOST, dtype=float))
 
 
 def outermost(t: FloatArray, segment: IntArray) -> list[tuple[int, int]]:
@@ -107,7 +107,13 @@ def _window(mine: IntArray, low: int, high: int, segment: IntArray) -> slice:
 
 
 def _cheapest(
-    rows: Rows, window: slice, tried: IntArray, aside: BoolArray, q: float, prior: FloatArray, prices: FloatArray
+    rows: Rows,
+    window: slice,
+    tried: IntArray,
+    aside: BoolArray,
+    q: float,
+    prior: FloatArray,
+    prices: FloatArray,
 ) -> BoolArray:
     """Return which of the tried samples to set aside for the least misfit and price."""
     part = Rows(*(getattr(rows, f)[window] for f in ("t", "order", "value", "variance", "fresh", "scale")))
