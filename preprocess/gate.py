@@ -95,11 +95,10 @@ def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior:
     out = smooth(used, levels.q, prior)
     at = np.arange(len(rows.t)), np.maximum(rows.order, 0)
     outside = rows.value - out.mean[at]
-    outside_variance = variance + out.covariance[at[0], at[1], at[1]]
+    outside_variance = variance + np.maximum(out.covariance[at[0], at[1], at[1]], 0.0)
     error = np.where(aside[:, None], outside, out.deletion)
-    return np.asarray(
-        np.sqrt((error**2).sum(axis=1) / np.where(aside, outside_variance, out.deletion_variance))
-    )
+    error_variance = np.where(aside, outside_variance, np.maximum(out.deletion_variance, variance))
+    return np.asarray(np.sqrt((error**2).sum(axis=1) / error_variance))
 
 
 def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> FloatArray:

@@ -18,6 +18,9 @@ from preprocess.trial import BoolArray, FloatArray
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
+#: Rows in which the first position and the first rate of a stretch are looked for.
+LOOK_AHEAD = 1000
+
 
 @dataclass(frozen=True)
 class Rows:
@@ -96,17 +99,29 @@ def _predict(m, p, dt, q, work):  # type: ignore[no-untyped-def]  # noqa: ANN001
 
 
 @njit(cache=True)
-def _restart(m, p, i, order, value, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _restart(m, p, i, t, order, value, variance, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Begin a stretch at its first position and rate, sure of them to 100 standard deviations.
+
+    A wider prior would be no more ignorant, but the smoother would subtract large numbers from large numbers.
+    """
     for j in range(3):  # an assignment of whole rows would take seconds to compile
         for k in range(m.shape[1]):
             m[j, k] = 0.0
         for k in range(3):
             p[j, k] = prior[j] if j == k else 0.0
-    for j in range(i, len(order)):
-        if order[j] == 0:
-            for k in range(m.shape[1]):
-                m[0, k] = value[j, k]
-            break
+    seen = -1
+    for j in range(i, min(len(order), i + LOOK_AHEAD)):
+        o = order[j]
+        if (o == 0 or o == 1) and o != seen:
+            wait = t[j] - t[i]
+            loose = 1e4 * variance[j] + prior[o + 1] * wait * wait
+            if o == 0 or loose < prior[1]:
+                p[o, o] = min(prior[o], loose)
+                for k in range(m.shape[1]):
+                    m[o, k] = value[j, k]
+            if seen >= 0:
+                break
+            seen = o
 
 
 @njit(cache=True)
@@ -132,7 +147,7 @@ def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no
     total = 0.0
     for i in range(len(t)):
         if fresh[i]:
-            _restart(m, p, i, order, value, prior)
+            _restart(m, p, i, t, order, value, variance, prior)
         else:
             _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         o = order[i]
@@ -152,7 +167,7 @@ def _forward(t, order, value, variance, fresh, scale, q, prior, means, covarianc
     work, gain = np.zeros((3, 3)), np.zeros(3)
     for i in range(len(t)):
         if fresh[i]:
-            _restart(m, p, i, order, value, prior)
+            _restart(m, p, i, t, order, value, variance, prior)
         else:
             _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         for j in range(3):
@@ -267,7 +282,7 @@ def cost(rows: Rows, q: float, prior: FloatArray) -> float:
     q : float
         Intensity of the white third derivative, unit²/s⁵.
     prior : (3,)
-        Variances of position, rate and acceleration at the start of a stretch.
+        Variances of position, rate and acceleration at the start of a stretch, at most.
     """
     r = rows
     return float(_cost(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, prior))

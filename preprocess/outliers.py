@@ -11,6 +11,8 @@ from preprocess.trial import BoolArray, FloatArray
 MAD_TO_SIGMA = 1.4826
 #: Width of the window of the local fit, samples on each side.
 HALF_WINDOW = 6
+#: Share of a signal's own variation below which no residual means anything (of a signal without noise).
+NEGLIGIBLE = 1e-6
 
 
 def robust_three_sigma(x: FloatArray, k: float = 3.0) -> BoolArray:
@@ -160,7 +162,8 @@ def sliding_three_sigma(
         return flags
     for column in np.reshape(x, (len(t), -1)).T:
         residual = local_residual(t, column, half, rounds)
-        flags |= np.abs(residual) > k * spread(residual)
+        least = NEGLIGIBLE * float(np.std(column))
+        flags |= np.abs(residual) > k * np.maximum(spread(residual), least)
     return flags
 
 
