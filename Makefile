@@ -6,7 +6,7 @@ BIN := .venv/bin
 INSTALLED := .venv/.installed
 WORKERS ?= 2
 
-.PHONY: install demo test check format bench bench-blind docs wheel clean
+.PHONY: install demo test check format bench bench-blind soak docs wheel clean
 
 install: $(INSTALLED)
 
@@ -39,6 +39,11 @@ CASES ?= 640
 
 bench-blind: $(INSTALLED)  ## diagnoses of campaigns drawn at random against the truth (CASES=640)
 	$(BIN)/python -m benchmarks.blind --cases $(CASES) --workers $(WORKERS)
+
+SOAK_SECONDS ?= 600
+
+soak: $(INSTALLED)  ## capture from four ports at 921,600 baud, every byte checked (SOAK_SECONDS=600)
+	$(BIN)/python -m benchmarks.soak_capture --seconds $(SOAK_SECONDS)
 
 docs: $(INSTALLED)  ## the documents, with the reference made from the code, in build/docs
 	$(BIN)/python docs/generate.py

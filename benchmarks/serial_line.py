@@ -85,9 +85,9 @@ def imu_record(i: int) -> bytes:
 
 
 def slcan_record(i: int) -> bytes:
-    """Vessel heading (PGN 127250) from address 36."""
-    heading = i * 10 % 62831
-    return b"T09F1122480" + struct.pack("<HhhB", heading, 0, 0, 0xFC).hex().upper().encode() + b"00\r"[-1:]
+    """Vessel heading (PGN 127250) from address 36, as an adapter for CAN writes it."""
+    payload = struct.pack("<BHhhB", i % 253, i * 10 % 62_831, 0, 0, 0xFC)
+    return b"T09F112248" + payload.hex().upper().encode() + b"\r"
 
 
 def mavlink_record(i: int) -> bytes:
@@ -112,6 +112,7 @@ RECORDS = {
     "mixed": mixed_record,
     "imu": imu_record,
     "mavlink": mavlink_record,
+    "slcan": slcan_record,
 }
 
 

@@ -65,21 +65,22 @@ class SerialDecoder:
         try:
             stream = decode_stream(self._buffer.data, arrival=self._buffer.arrival)
         except ValueError:
-            return Tables(damaged=self._keep(beginning(self._buffer.data)))
+            return Tables(damaged=self._forget(beginning(self._buffer.data)))
         end = stream.remainder
         hurt = [f for f in stream.findings if f.kind in ("damaged", "truncated") and f.offset is not None]
         damaged = sum(
             max(0, min(end, f.offset + (f.length or 0)) - f.offset) for f in hurt if f.offset is not None
         )
         self._buffer.drop(end)
-        damaged += self._keep(0)
+        damaged += self._forget(0)
         return Tables(stream.tables, stream.units, sources_of(stream.tables), stream.messages, damaged)
 
-    def _keep(self, start: int) -> int:
-        """Keep the bytes from ``start`` on, not too many; the number of those forgotten."""
-        start = max(start, len(self._buffer.data) - LONGEST)
-        self._buffer.drop(start)
-        return start
+    def _forget(self, count: int) -> int:
+        """Forget so many bytes, and more where too many are left; how many of them were no line ends."""
+        count = max(count, len(self._buffer.data) - LONGEST)
+        forgotten = self._buffer.data[:count]
+        self._buffer.drop(count)
+        return len(forgotten) - forgotten.count(b"\r") - forgotten.count(b"\n")
 
 
 def beginning(data: bytes) -> int:

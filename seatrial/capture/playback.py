@@ -25,6 +25,8 @@ from seatrial.capture.recovery import mapped
 
 #: How long what was sent may wait in the terminal for its reader at the end, s.
 LINGER_S = 2.0
+#: How often in a row the terminal must be found empty: bytes are on their way into it for a moment.
+SURE = 5
 
 
 @dataclass(frozen=True)
@@ -141,9 +143,10 @@ class Line:
 
     def close(self) -> None:
         """Hang up, when the reader has taken what was sent or has had time enough to."""
-        end = time.monotonic() + LINGER_S
-        while time.monotonic() < end and self.has_reader() and self._waiting():
-            time.sleep(0.02)
+        end, empty = time.monotonic() + LINGER_S, 0
+        while time.monotonic() < end and self.has_reader() and empty < SURE:
+            empty = 0 if self._waiting() else empty + 1
+            time.sleep(0.05)
         os.close(self._master)
         if self.link is not None and self.link.is_symlink():
             self.link.unlink()
