@@ -38,17 +38,21 @@ FASTEST = 25.0
 class Spectra:
     """Fourier amplitudes, one row per window and taper; squared, they are densities per Hz, two-sided.
 
-    ``omega`` (f,); ``force`` (n, f, 3) accelerations, ``errors`` (n, f, 3) of the velocities as the smoother shows
+    ``omega`` (f,); ``rate`` (n, f, 3) derivatives of the errors of u, v, r, ``force`` (n, f, 3) the accelerations that
+    would cause them, ``errors`` (n, f, 3) of the velocities as the smoother shows
     them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
-    ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations.
+    ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations;
+    ``turning`` (n,) how fast the vessel turns at most, rad/s.
     """
 
     omega: FloatArray
+    rate: ComplexArray
     force: ComplexArray
     errors: ComplexArray
     done: ComplexArray
     mean_square: FloatArray
     order: FloatArray
+    turning: FloatArray
 
     @property
     def spacing(self) -> float:
@@ -72,9 +76,11 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
         j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
     }
     looks = [_look(fitted, k, residuals[k], drives[problem.windows[k].stretch], omega) for k in used]
-    force, errors, done, error = (np.concatenate(part) for part in zip(*looks, strict=True))
+    rate, force, errors, done, error, turning = (np.concatenate(part) for part in zip(*looks, strict=True))
     moved = np.ptp(np.abs(done), axis=(0, 1)) > 0
-    return Spectra(omega, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure))
+    return Spectra(
+        omega, rate, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure), turning
+    )  # fmt: skip
 
 
 def _order(structure: Structure) -> FloatArray:
@@ -95,8 +101,8 @@ def _interval(fitted: Fitted) -> float:
 
 def _look(
     fitted: Fitted, number: int, residual: FloatArray, d: Drive, omega: FloatArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]:
-    """One window: amplitudes (tapers, f, …) as in ``Spectra``, and the velocities' errors (n, 3)."""
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, FloatArray, FloatArray]:
+    """One window: amplitudes (tapers, f, …) as in ``Spectra``, the velocities' errors (n, 3), and the turning."""
     problem, structure = fitted.problem, fitted.solution.structure
     w = problem.windows[number]
     stretch = problem.stretches[w.stretch]
@@ -105,10 +111,14 @@ def _look(
     error = shown(structure, d, stretch, states)[:, 3:6] - stretch.states[part, 3:6]
     speed = through_water(stretch.states[part], d.current)[:, 3:6].mean(axis=0)
     velocity = _velocities(_streams(problem, w, residual, omega), speed, structure.vessel.antenna, omega)
-    force = 1j * omega[:, None] * velocity - velocity @ _jacobian(structure, d, stretch, states, w).T
+    rate = 1j * omega[:, None] * velocity
+    force = rate - velocity @ _jacobian(structure, d, stretch, states, w).T
     t = stretch.grid[part]
-    done = _deeds(structure, stretch, states, t)
-    return force, _transform(t, error, t[0], t[-1], omega), _transform(t, done, t[0], t[-1], omega), error
+    turning = np.full(TAPERS, np.quantile(np.abs(stretch.states[part, 5]), 0.95))
+    errors, done = (
+        _transform(t, x, t[0], t[-1], omega) for x in (error, _deeds(structure, stretch, states, t))
+    )
+    return rate, force, errors, done, error, turning
 
 
 def _streams(

@@ -9,7 +9,7 @@ manoeuvre has them, coherent with it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,8 @@ BAND = 0.18
 AROUND = 2.5
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
 COHERENT, COHERENT_AT_LINE = 0.01, 0.5
+#: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
+SLOW_TURN = 0.6
 CHANNELS = ("u", "v", "r")
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
@@ -109,14 +111,14 @@ def find_waves(fitted: Fitted) -> Waves | None:
     spectra = spectra_of(fitted)
     if spectra is None:
         return None
-    power = np.mean(np.abs(spectra.force) ** 2, axis=0)
+    power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
     around = [_around(spectra, p) for p in power.T]
     p_values = np.column_stack([_chance(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
     tried = int(np.isfinite(p_values).sum())
     chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
     while chance.min() < FALSE_ALARM:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
-        found = _measured(fitted, spectra, around, place, float(chance[place, channel]))
+        found = _measured(fitted, spectra, place, float(chance[place, channel]))
         if _material(found, spectra, around[channel], place, channel) and not _goes_with(
             spectra, place, channel
         ):
@@ -128,7 +130,7 @@ def find_waves(fitted: Fitted) -> Waves | None:
 def _chance(spectra: Spectra, power: FloatArray, around: _Around) -> FloatArray:
     """Probability (f,) of a peak as high by chance; NaN where no peak is looked for, 1 where too low to matter."""
     ratio = power / around.level
-    p = stats.f.sf(ratio, 2 * len(spectra.force), np.maximum(around.freedom, 1e-3))
+    p = stats.f.sf(ratio, 2 * len(spectra.rate), np.maximum(around.freedom, 1e-3))
     slow = spectra.omega < 0.999 * 2.0 * spectra.spacing * LEAST_CYCLES
     judged = np.where(ratio > LEAST_RATIO, p, 1.0)
     return np.asarray(np.where(slow | ~np.isfinite(ratio), np.nan, judged), dtype=float)
@@ -143,7 +145,7 @@ def _core(spectra: Spectra, omega: float | FloatArray) -> BoolArray:
 
 def _around(spectra: Spectra, power: FloatArray) -> _Around:
     """Local straight line (double logarithmic) through the spectrum outside the core of each frequency."""
-    n, x = len(spectra.force), np.log(spectra.omega)
+    n, x = len(spectra.rate), np.log(spectra.omega)
     good = np.isfinite(power) & (power > 0)
     y = np.log(np.where(good, power, 1.0)) - special.digamma(n) + np.log(n)
     weight = ((np.abs(x - x[:, None]) < np.log(AROUND)) & ~_core(spectra, spectra.omega) & good).astype(float)
@@ -160,6 +162,26 @@ def _around(spectra: Spectra, power: FloatArray) -> _Around:
     return _Around(spectra.omega, np.where(known[:, None], line, np.nan), freedom)
 
 
+def _stands(spectra: Spectra, place: int, channel: int, tried: int) -> bool:
+    """Whether a peak stands in the windows where the vessel does not turn as fast, counted by how alike they are.
+
+    A sensor's slow wander in the earth's axes is a peak at the rate of turn in the vessel's; and where a few windows
+    are much louder than the others, the mean is known no better than those few tell.
+    """
+    slow = spectra.turning < SLOW_TURN * spectra.omega[place]
+    if slow.sum() < 2 * TAPERS:
+        return False
+    rows = np.abs(spectra.rate[slow, :, channel]) ** 2
+    around = _around(spectra, rows.mean(axis=0))
+    beside = np.abs(np.log(spectra.omega / spectra.omega[place])) < np.log(AROUND)
+    beside &= ~_core(spectra, spectra.omega[place])
+    loud = _by_window(rows[:, beside] / around.across(place)[beside]).mean(axis=1)
+    n = TAPERS * np.sum(loud) ** 2 / np.sum(loud**2)
+    ratio = rows[:, place].mean() / around.level[place]
+    p = stats.f.sf(ratio, 2.0 * n, around.freedom[place] * n / len(rows))
+    return bool(tried * p < FALSE_ALARM)
+
+
 def _material(found: Waves, spectra: Spectra, around: _Around, place: int, channel: int) -> bool:
     """Whether the velocity of the waves stands above the noise of an average over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
@@ -168,7 +190,7 @@ def _material(found: Waves, spectra: Spectra, around: _Around, place: int, chann
 
 def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
     """Whether the peak is coherent with anything that the vessel did: surely, or perhaps where that has a line."""
-    force, n = spectra.force[:, place, channel], len(spectra.force)
+    force, n = spectra.rate[:, place, channel], len(spectra.rate)
     done = spectra.done[:, place]
     own = np.sum(np.abs(done) ** 2, axis=0)
     coherence = np.abs(force.conj() @ done) ** 2 / np.maximum(own * np.sum(np.abs(force) ** 2), 1e-300)
@@ -187,11 +209,10 @@ def _has_line(spectra: Spectra, place: int) -> bool:
     return False
 
 
-def _measured(
-    fitted: Fitted, spectra: Spectra, around: Sequence[_Around], place: int, p_value: float
-) -> Waves:
+def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Waves:
     """Frequency, amplitudes and shares of a peak: what its band holds above the spectrum around it."""
     core = _core(spectra, spectra.omega[place])
+    around = [_around(spectra, p) for p in np.mean(np.abs(spectra.force) ** 2, axis=0).T]
     level = np.column_stack([a.across(place) for a in around])
     # as the sensors show it: there the tapers widen the peak to both sides alike
     shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order

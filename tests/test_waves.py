@@ -1,0 +1,100 @@
+"""Waves are found with their frequency and size; noise, wander and a wrong model are not taken for waves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect, World, wave_series
+from fixtures.sensors import Sensor, Suite
+from identify.base_fit import Fitted, fit_from_scratch
+from identify.prepare import prepare
+from identify.windows import first_states
+from validate.waves import find_waves
+
+DURATION = 60.0
+WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
+
+
+def fitted(
+    vessel, effects=(), seed=3, suite=None, manoeuvres=("zigzag", "random", "zigzag", "random")
+) -> Fitted:
+    ship, trials = trials_of(vessel, manoeuvres, DURATION, seed, effects, suite=suite)
+    prepared = prepare(trials, ship.model)
+    return fit_from_scratch(prepared.structure, prepared.identify, rounds=1)
+
+
+@cache
+def clean() -> Fitted:
+    return fitted("usv")
+
+
+def realised(effect, seed, logs=3):
+    """Amplitudes that the drawn components came to in these logs."""
+    times = np.arange(0.0, DURATION, 0.05)
+    made = [
+        wave_series(World((effect,)), k, times, np.random.default_rng([seed, k, 11])) for k in range(logs)
+    ]
+    return dict(zip("uvr", np.sqrt(2.0 * np.mean([m.var(axis=0) for m in made], axis=0)), strict=True))
+
+
+def test_none_where_there_are_none():
+    assert find_waves(clean()) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("vessel", ["catamaran", "tug"])
+def test_none_with_other_vessels(vessel):
+    assert find_waves(fitted(vessel, seed=4)) is None
+
+
+def test_a_wandering_receiver_makes_no_waves():
+    assert find_waves(fitted("usv", seed=5, suite=WANDERING)) is None
+
+
+@pytest.mark.parametrize("vessel", ["usv", pytest.param("tug", marks=pytest.mark.slow)])
+def test_a_model_that_answers_wrongly_makes_no_waves(vessel):
+    from fixtures.vessels import make_vessel
+
+    names = make_vessel(vessel).names
+    lag = [Effect("actuator_lag", {"time_constant": 0.8}, n) for n in names]
+    found = fitted(vessel, lag, seed=6, manoeuvres=("zigzag",) * 4)
+    assert found.chi2_per_dof > 1.3
+    assert find_waves(found) is None
+
+
+@pytest.mark.parametrize(
+    ("vessel", "frequency", "size", "seed"),
+    [
+        ("usv", 2.2, 0.15, 7),
+        pytest.param("usv", 1.5, 0.3, 8, marks=pytest.mark.slow),
+        pytest.param("catamaran", 3.0, 0.15, 9, marks=pytest.mark.slow),
+    ],
+)
+def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, seed):
+    effect = Effect("waves", {"frequency": frequency, "u": 0.7 * size, "v": size, "r": 0.4 * size})
+    waves = find_waves(fitted(vessel, [effect], seed))
+    assert waves is not None
+    assert waves.p_value < 1e-4
+    assert waves.frequency == pytest.approx(frequency, rel=0.03)
+    truth = realised(effect, seed)
+    for channel in "uvr":
+        assert waves.amplitudes[channel] == pytest.approx(truth[channel], rel=0.3)
+        assert 0.0 < waves.stderrs[channel] < 0.3 * truth[channel]
+        assert 0.2 < waves.share[channel] <= 1.0
+    reported = waves.fitted_effect()
+    assert (reported.name, reported.input, reported.options) == ("waves", None, {})
+    assert {p.name: p.unit for p in reported.parameters} == {
+        "frequency": "rad/s", "u": "m/s²", "v": "m/s²", "r": "rad/s²",
+    }  # fmt: skip
+
+
+def test_one_window_cannot_show_waves():
+    whole = clean()
+    problem = replace(whole.problem, windows=whole.problem.windows[:1])
+    solution = replace(whole.solution, first=first_states(problem))
+    assert find_waves(replace(whole, problem=problem, solution=solution)) is None
