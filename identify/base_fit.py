@@ -14,6 +14,7 @@ from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import Problem, cut, first_states
+from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -84,8 +85,7 @@ def fit_from_scratch(
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     length = window_length(structure.vessel.length) if length is None else length
     lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
-    problem = cut(stretches, lengths[0] if lengths else length)
-    solution = fit_states(problem, structure, p)
+    problem, p, solution = _begin(structure, stretches, p, lengths[0] if lengths else length)
     for size in [*lengths, length]:
         longer = cut(problem.stretches, size).weighted_as(problem)
         started = fit_states(longer, structure, p)
@@ -104,6 +104,19 @@ def fit_from_scratch(
         )  # fmt: skip
         problem = calibrated(problem, solution)
     return Fitted(problem, prior, solution)
+
+
+def _begin(
+    structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float
+) -> tuple[Problem, FloatArray, Solution]:
+    """Windows in which the start does not run away: shorter ones, or with nothing but the effects' values."""
+    bare = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+    for q, part in ((p, 1.0), (p, 0.4), (bare, 1.0)):
+        problem = cut(stretches, part * length)
+        solution = fit_states(problem, structure, q)
+        if np.isfinite(solution.cost):
+            return problem, q, solution
+    raise NotIdentifiable("the model runs away from the measurement at once, whatever its coefficients.")
 
 
 def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:

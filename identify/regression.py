@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.drive import drive
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Slot, Structure
 from identify.term import FACTORS, factors_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -107,9 +107,24 @@ def solve_regression(
     for equation in range(3):
         mine, columns = _slots_of(structure, equation)
         if mine:
-            bounds = [structure.slots[k].parameter.bounds for k in mine]
+            bounds = [_for_a_start(structure.slots[k]) for k in mine]
             out[mine] = _bounded_ridge(design[:, columns], target[:, equation], bounds, ridge)
     return out
+
+
+#: Own damping of each equation: a search must not begin with a vessel that drives itself.
+_DAMPING = {
+    "u": ("u", "u|u|", "|u|u", "u³", "Δu"),
+    "v": ("v", "v|v|", "|v|v"),
+    "r": ("r", "r|r|", "|r|r", "r³"),
+}
+
+
+def _for_a_start(slot: Slot) -> tuple[float, float]:
+    """Bounds of a coefficient in a regression that a search begins from."""
+    low, high = slot.parameter.bounds
+    damping = slot.term is not None and slot.term.text in _DAMPING.get(slot.term.dof, ())
+    return (low, min(high, 0.0)) if damping else (low, high)
 
 
 def predicted(structure: Structure, p: FloatArray, design: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
-from validate.loop import Outcome, search
+from validate.loop import HOPELESSLY_FAR, Outcome, search
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
 from validate.verdict import diagnose, worse
@@ -70,7 +70,7 @@ def analyse(
     if outcome and outcome.standing and worse(*scored):
         outcome, after = replace(outcome, standing=(), refuted=True), declared
         runs, scored = [runs[0]] * 2, [scored[0]] * 2
-    waves = find_waves(after) if loop else None
+    waves = find_waves(after) if loop and after.chi2_per_dof < HOPELESSLY_FAR else None
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])

@@ -42,7 +42,7 @@ class Spectra:
     would cause them, ``errors`` (n, f, 3) of the velocities as the smoother shows
     them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
     ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations;
-    ``turning`` (n,) how fast the vessel turns at most, rad/s.
+    ``turning`` (n,) how fast the vessel turns over a quarter of the window, at most, rad/s.
     """
 
     omega: FloatArray
@@ -114,7 +114,7 @@ def _look(
     rate = 1j * omega[:, None] * velocity
     force = rate - velocity @ _jacobian(structure, d, stretch, states, w).T
     t = stretch.grid[part]
-    turning = np.full(TAPERS, np.quantile(np.abs(stretch.states[part, 5]), 0.95))
+    turning = np.full(TAPERS, max(abs(float(r.mean())) for r in np.array_split(stretch.states[part, 5], 4)))
     errors, done = (
         _transform(t, x, t[0], t[-1], omega) for x in (error, _deeds(structure, stretch, states, t))
     )

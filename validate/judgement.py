@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import FAR, Fitted
+from identify.base_fit import FAR, Fitted, fit_from_scratch
 from identify.noise import calibrated, dispersed_cost
 from identify.output_error import Solution, Stopped, solve
 from identify.predict import free_run
@@ -24,6 +24,8 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
+#: Far from the noise, so many of the best candidates are fitted again from the beginning.
+AGAIN = 3
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
@@ -118,6 +120,9 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
             target = min(target, fit.solution.total + 0.5 * target_gap(base, fit))
     if not refitted:
         return base, []
+    if base.chi2_per_dof > FAR:
+        refitted = sorted(refitted, key=lambda x: x[1].solution.total)
+        refitted = [(s, anew(f)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]
     best = min(refitted, key=lambda x: x[1].solution.total)[1]
     base = better_base(base, best)
     if base.chi2_per_dof > FAR:
@@ -131,6 +136,21 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
     ]
     judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
+    """The better of a fit and of others begun by regression with its effects' values, under the same weights."""
+    structure, best = fitted.solution.structure, fitted
+    for _ in range(rounds):
+        p = np.where([s.coefficient < 0 for s in structure.slots], best.solution.p, 0.0)
+        scratch = fit_from_scratch(
+            structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=0
+        )
+        other = under(fitted.problem, replace(scratch, prior=fitted.prior), 20)
+        if not other.solution.total < 0.98 * best.solution.total:
+            return best
+        best = other
+    return best
 
 
 def better_base(base: Fitted, candidate: Fitted) -> Fitted:

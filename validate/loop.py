@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.base_fit import FAR, Fitted, fit_from_scratch, window_length
 from identify.drive import drive
 from identify.noise import calibrated
 from identify.output_error import solve
@@ -92,7 +92,7 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
     while True:
         actives = candidates(fitted.solution.structure)
         screened = screen(fitted, actives)
-        finalists = [s for s in screened[:FINALISTS] if s.gain > 8.0]
+        finalists = _finalists(fitted, screened)
         base, judged = judge(fitted, finalists, len(actives)) if finalists else (fitted, [])
         taken = next((j for j in judged if j.evidence > 0 and worthwhile(base, j.fitted)), None)
         turns.append(Turn(base, tuple(screened), tuple(judged), taken))
@@ -100,6 +100,16 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
             return fitted
         report(f"taken: {taken.label} (gain {taken.gain:.0f})")
         fitted = settled(taken.fitted)
+
+
+def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
+    """The most promising; far from the noise, where a first order promises anything, the best variant of every effect."""
+    if fitted.chi2_per_dof < FAR:
+        return [s for s in screened[:FINALISTS] if s.gain > 8.0]
+    best: dict[str, Screened] = {}
+    for candidate in screened:
+        best.setdefault(candidate.active.effect.name, candidate)
+    return list(best.values())
 
 
 def settled(fitted: Fitted) -> Fitted:

@@ -33,7 +33,7 @@ BAND = 0.18
 #: The spectrum around a peak is taken over this factor in frequency to either side.
 AROUND = 2.5
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
-COHERENT, COHERENT_AT_LINE = 0.01, 0.5
+COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.6
 CHANNELS = ("u", "v", "r")
@@ -119,9 +119,8 @@ def find_waves(fitted: Fitted) -> Waves | None:
     while chance.min() < FALSE_ALARM:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = _measured(fitted, spectra, place, float(chance[place, channel]))
-        if _material(found, spectra, around[channel], place, channel) and not _goes_with(
-            spectra, place, channel
-        ):
+        stands = _stands(spectra, place, channel, tried) and not _goes_with(spectra, place, channel)
+        if stands and _material(found, spectra, around[channel], place, channel):
             return found
         chance[_core(spectra, spectra.omega[place])] = 1.0
     return None
