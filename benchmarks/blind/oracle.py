@@ -36,6 +36,8 @@ from validate.structure_left import on_other_logs, structured_share
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A fit with a lower cost per degree of freedom than this has reached the noise of the sensors.
+NOISE = 1.1
 #: How often the noise is calibrated anew.
 ROUNDS = 3
 #: Rivals of a true effect that are refitted in its place, those first that promise most.
@@ -111,19 +113,23 @@ def fit_truth(prepared: Prepared, effects: Sequence[Entry], runs: Sequence[Run])
     p = null_parameters(structure)
     for i, slot in enumerate(structure.slots):
         p[i] = np.clip(values.get((slot.effect, slot.name), p[i]), *slot.parameter.bounds)
-    p = start_by_regression(structure, p, [_as_it_was(s, runs) for s in prepared.identify], ridge=1e-8)
-    return fit_from(structure, prepared.identify, p)
+    near = start_by_regression(structure, p, [_as_it_was(s, runs) for s in prepared.identify], ridge=1e-8)
+    found = fit_from(structure, prepared.identify, near)
+    if found is not None and found.chi2_per_dof < NOISE:
+        return found
+    other = fit_from_scratch(structure, prepared.identify, p)
+    return found if found is not None and found.chi2_per_dof < other.chi2_per_dof else other
 
 
-def fit_from(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:
-    """Fit from values near the truth on long windows at once; from scratch where that runs away."""
+def fit_from(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted | None:
+    """Fit from values near the truth, on long windows at once; None where that runs away."""
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     problem = cut(stretches, window_length(structure.vessel.length))
     first = first_states(problem)
     for _ in range(ROUNDS):
         solution = solve(problem, structure, p, first, prior, anchor=first_states(problem), budget=25)
         if not np.isfinite(solution.cost):
-            return fit_from_scratch(structure, stretches, p)
+            return None
         problem, p, first = calibrated(problem, solution), solution.p, solution.first
     return Fitted(problem, prior, solve(problem, structure, p, first, prior, anchor=first_states(problem)))
 
