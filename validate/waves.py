@@ -22,8 +22,11 @@ from validate.error_spectra import TAPERS, Spectra, spectra_of
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Waves are found in at most this share of campaigns that have none.
-FALSE_ALARM = 0.002
+#: A peak counts where chance would give it in fewer than this share of campaigns. It is far below the false alarms that
+#: are meant (0.002), because real spectra are not quite the smooth lines that the reckoning takes them for.
+FALSE_ALARM = 1e-6
+#: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
+SHARP = 0.03
 #: Least cycles of a wave in a window.
 LEAST_CYCLES = 3.0
 #: A peak stands at least so far above the power around it.
@@ -35,7 +38,7 @@ AROUND = 2.5
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
-SLOW_TURN = 0.6
+SLOW_TURN = 0.45
 CHANNELS = ("u", "v", "r")
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
@@ -182,9 +185,10 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int) -> bool:
 
 
 def _material(found: Waves, spectra: Spectra, around: _Around, place: int, channel: int) -> bool:
-    """Whether the velocity of the waves stands above the noise of an average over one window."""
+    """Whether the band is narrow, and the waves stand above the noise of an average over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
-    return bool(0.5 * found.amplitudes[CHANNELS[channel]] ** 2 > noise)
+    sharp = found.frequency_stderr < SHARP * found.frequency
+    return bool(sharp and 0.5 * found.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
 def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
