@@ -105,7 +105,7 @@ class DecoderProcess:
     Attributes
     ----------
     undecoded : int
-        Bytes that were not decoded because too many waited, or because the process has ended.
+        Bytes that were not decoded because too many waited, or because the process has ended or was too slow.
     failed : bool
         Whether it has ended before its time.
     live_stats : LiveStats, optional
@@ -118,6 +118,7 @@ class DecoderProcess:
         self.live_stats: LiveStats | None = None
         self._waiting: deque[Batch | None] = deque()
         self._bytes_waiting = 0
+        self._sizes: deque[int] = deque()
         self._outcomes: deque[tuple[int, Outcome]] = deque()
         self._wake = threading.Condition()
         self._finished = threading.Event()
@@ -140,6 +141,7 @@ class DecoderProcess:
                 self.undecoded += size
                 return
             self._bytes_waiting += size
+            self._sizes.append(size)
             self._waiting.append(batch)
             self._wake.notify()
 
@@ -155,6 +157,9 @@ class DecoderProcess:
         if not self._finished.wait(patience_s):
             self._process.kill()
         self._process.join(1.0)
+        with self._wake:
+            self.undecoded += self._bytes_waiting
+            self._bytes_waiting = 0
         self.failed = False
 
     @property
@@ -174,16 +179,16 @@ class DecoderProcess:
                 return
             if batch is None:
                 return
-            with self._wake:
-                self._bytes_waiting -= _size(batch)
 
     def _receive(self) -> None:
         try:
             while (outcomes := self._here.recv()) is not None:
                 if isinstance(outcomes, LiveStats):
                     self.live_stats = outcomes
-                else:
-                    self._outcomes.extend(outcomes)
+                    continue
+                self._outcomes.extend(outcomes)
+                with self._wake:
+                    self._bytes_waiting -= self._sizes.popleft()
         except (EOFError, OSError):
             self.failed = True
         self._finished.set()

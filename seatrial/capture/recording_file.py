@@ -38,7 +38,10 @@ class _Contents:
     channels: dict[ChannelSpec, int] = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)
     declared: list[bytes] = field(default_factory=list)
-    chunks: list[ChunkPlace] = field(default_factory=list)
+    chunks: int = 0
+    first: int = 2**63
+    last: int = 0
+    index: bytearray = field(default_factory=bytearray)
 
 
 class RecordingFile:
@@ -99,7 +102,9 @@ class RecordingFile:
         contents = self._contents
         contents.schemas, contents.channels = build.schemas, build.channels
         contents.declared += build.declared
-        contents.chunks.append(place)
+        contents.chunks += 1
+        contents.first, contents.last = min(contents.first, place.first), max(contents.last, place.last)
+        contents.index += place.record()
         for number, entries in build.times.items():
             contents.counts[number] = contents.counts.get(number, 0) + len(entries)
             self.messages += len(entries)
@@ -123,15 +128,14 @@ class RecordingFile:
             op: b"".join(r for r in contents.declared if r[0] == op)
             for op in (records.SCHEMA, records.CHANNEL)
         }
-        first = min((c.first for c in contents.chunks), default=0)
-        last = max((c.last for c in contents.chunks), default=0)
+        first = contents.first if contents.chunks else 0
         counted = records.statistics(
-            contents.counts, len(contents.schemas), len(contents.chunks), first, last
+            contents.counts, len(contents.schemas), contents.chunks, first, contents.last
         )
         groups = [
             *declared.items(),
             (records.STATISTICS, counted),
-            (records.CHUNK_INDEX, b"".join(c.record() for c in contents.chunks)),
+            (records.CHUNK_INDEX, bytes(contents.index)),
         ]
         body, offsets = records.summary(start, groups)
         head = records.footer_head(start, offsets)

@@ -65,6 +65,7 @@ class Session:
         self._pending_bytes = 0
         self._written_at = self._status_at = time.monotonic()
         self._said_trouble = ""
+        self._undecoded = 0
 
     def run(self, stop: threading.Event) -> Summary:
         """Capture until ``stop`` is set or the time is up.
@@ -130,12 +131,17 @@ class Session:
         for remark in outcome.remarks:
             self.events.tell(port.settings.name, remark, Level.warning)
         if outcome.protocol is not None:
-            port.protocol = outcome.protocol
-            port.channel = raw_channel(replace(port.settings, protocol=outcome.protocol), self.clock)
-            self.events.tell(port.settings.name, f"speaks {SPOKEN[outcome.protocol]}")
+            self._speaks(port, outcome.protocol)
         if self.settings.decode:
             for encoded in outcome.messages:
                 self._pending += decoded_messages(encoded)
+
+    def _speaks(self, port: Port, protocol: Protocol) -> None:
+        """From now on the port's channel names its protocol; an empty piece says so even if nothing follows."""
+        port.protocol = protocol
+        port.channel = raw_channel(replace(port.settings, protocol=protocol), self.clock)
+        self._pending.append(Message(port.channel, *self.clock.stamp(), b""))
+        self.events.tell(port.settings.name, f"speaks {SPOKEN[protocol]}")
 
     def _status(self, elapsed: float) -> None:
         step = self.clock.stepped()
@@ -156,6 +162,7 @@ class Session:
     def _check_decoders(self) -> None:
         if self.decoders is not None and self.decoders.failed:
             self.decoders.close(0.0)
+            self._undecoded += self.decoders.undecoded
             self.decoders = None
             text = "the decoders have ended unexpectedly; the bytes of all ports are still kept"
             self.events.tell("", text, Level.error)
@@ -206,7 +213,7 @@ class Session:
             tuple((p, p.stat().st_size if p.exists() else 0) for p in self.files.paths),
             self.files.lost_bytes,
             self.files.lost_messages,
-            self.decoders.undecoded if self.decoders else 0,
+            self._undecoded + (self.decoders.undecoded if self.decoders else 0),
             self.files.trouble,
             self.decoders.live_stats if self.decoders else None,
         )  # fmt: skip
