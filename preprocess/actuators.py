@@ -8,7 +8,7 @@ from ingest.errors import CampaignError, MissingSignal
 from ingest.log import Log, Source
 from ingest.units import UnknownUnit, factor_to_si
 from preprocess.raw import Raw, strictly_increasing
-from preprocess.resolve import choose_source, find_column, numbers, rows_of
+from preprocess.resolve import choose_source, find_column, numbers, rows_of, rows_where, topic_of
 from preprocess.trial import FloatArray
 from preprocess.vessel import Input, Sensor
 
@@ -48,15 +48,16 @@ def _samples(log: Log, declared: Input) -> tuple[Source, FloatArray, FloatArray]
     key = f"inputs.{declared.name}"
     if declared.signal is None:
         source = _standard(log, declared)
-        rows = rows_of(log, source.topic, source.device, key, source.name)
+        rows = rows_where(rows_of(log, source.topic, source.device, key, source.name), source.options)
         column = find_column(log, _joined(source.topic, source.fields["value"]), key)
     else:
         column = find_column(log, declared.signal, f"{key}.signal")
-        rows = rows_of(log, column.topic, declared.source, f"{key}.source", declared.signal)
-        unit = log.units.get((column.topic, column.field), "")
+        topic = topic_of(log, column, declared.source)
+        rows = rows_of(log, topic, declared.source, f"{key}.source", declared.signal)
+        unit = log.units.get((topic, column.field), "")
         source = Source(
             declared.kind,
-            column.topic,
+            topic,
             {"value": _label(declared.signal, column.topic)},
             unit,
             declared.source,

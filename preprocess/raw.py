@@ -12,7 +12,7 @@ from ingest.detect import quality_mask
 from ingest.log import Log, Source
 from ingest.units import factor_to_si
 from preprocess import frames
-from preprocess.resolve import Column, numbers, rows_of
+from preprocess.resolve import Column, numbers, rows_of, rows_where
 from preprocess.trial import BoolArray, FloatArray
 from preprocess.vessel import Sensor, Vessel
 
@@ -62,6 +62,7 @@ def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) ->
         For the magnetic variation.
     """
     rows = rows_of(log, source.topic, source.device, f"sensors.{source.quantity}", source.name)
+    rows = rows_where(rows, source.options)
     columns = {k: _field(rows, source.topic, f) for k, f in source.fields.items()}
     t = np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float) - (sensor.latency if sensor else 0.0)
     flagged = ~quality_mask(source.options, rows)

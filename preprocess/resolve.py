@@ -72,6 +72,8 @@ def rows_of(log: Log, topic: str, device: int | None, key: str, signal: str) -> 
     if device is None:
         return table
     if SOURCE not in table.columns:
+        if topic.endswith(f"[{device}]"):
+            return table
         raise MissingSignal(
             log.path, key, signal, log.signals, f" from source {device} (it names no sources)"
         )
@@ -80,6 +82,27 @@ def rows_of(log: Log, topic: str, device: int | None, key: str, signal: str) -> 
         there = ", ".join(str(int(s)) for s in pd.unique(table[SOURCE].dropna()))
         raise MissingSignal(log.path, key, signal, log.signals, f" from source {device} (there: {there})")
     return chosen
+
+
+def topic_of(log: Log, column: Column, device: int | None) -> str:
+    """Return the topic in which a device's rows of a column are: ``GPS[1]`` beside ``GPS``, where there is one."""
+    own = f"{column.topic}[{device}]"
+    table = log.tables[column.topic]
+    if device is None or own not in log.tables or column.field not in log.tables[own].columns:
+        return column.topic
+    here = SOURCE in table.columns and bool((table[SOURCE] == device).any())
+    return column.topic if here else own
+
+
+def rows_where(rows: pd.DataFrame, options: Mapping[str, object]) -> pd.DataFrame:
+    """Return the rows that a source's option ``where`` ({column: value}) selects."""
+    where = options.get("where", {})
+    if not isinstance(where, Mapping):
+        return rows
+    for column, value in where.items():
+        if column in rows.columns:
+            rows = rows[rows[column] == value]
+    return rows
 
 
 def numbers(rows: pd.DataFrame, column: Column) -> FloatArray:
@@ -112,8 +135,8 @@ def declared_source(log: Log, sensor: Sensor) -> Source:
     """
     key = f"sensors.{sensor.quantity}"
     columns = {_component(c): find_column(log, s, f"{key}.{c}") for c, s in sensor.signals.items()}
-    topics = {c.topic for c in columns.values()}
-    topic = next(iter(columns.values())).topic
+    topics = {topic_of(log, c, sensor.source) for c in columns.values()}
+    topic = next(iter(topics))
     if len(topics) > 1:
         names = ", ".join(sensor.signals.values())
         raise MissingSignal(log.path, key, names, log.signals, " in one topic")

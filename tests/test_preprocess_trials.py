@@ -132,6 +132,43 @@ def test_calibration_holds_at_its_ends_and_knows_both_directions(pulse, down):
     assert calibrate(np.array([1300.0]), pwm, value)[0] == pytest.approx(0.5)
 
 
+def test_only_the_rows_that_a_source_names_are_taken():
+    log = simple_log()
+    attitude = log.tables["ATT"].assign(source=1, component=1)
+    other = attitude.assign(component=195, yaw_deg=200.0)
+    other.index = other.index + 50_000_000
+    tables = dict(log.tables) | {"ATT": pd.concat([attitude, other]).sort_index()}
+    options = {"where": {"component": 1}}
+    sources = (Source("heading", "ATT", {"value": "yaw_deg"}, "deg", 1, 10.0, options),)
+    log = replace(log, tables=tables, sources=sources)
+    for sensor in ({}, {"heading": Sensor("heading", {"signal": "ATT.yaw_deg"}, "deg", 1)}):
+        (trial,) = trials(log, sensors={"position": SENSORS["position"]} | sensor)
+        assert len(trial.measurements["heading"].t) == len(attitude)
+        assert trial.states["psi"].median() == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_source_in_a_table_of_its_own():
+    log = simple_log()
+    gps, out = log.tables["GPS"], log.tables["OUT"]
+    own = {
+        "GPS": gps.assign(source=0, north=0.0),
+        "GPS[1]": gps.assign(source=1),
+        "OUT": out.assign(source=0),
+        "OUT[2]": out.assign(source=2, c1=1700.0),
+    }
+    sensors = SENSORS | {"position": replace(SENSORS["position"], source=1)}
+    (trial,) = trials(log_with(log, own), (replace(MOTOR, source=2),), sensors=sensors)
+    assert trial.measurements["position"].source.startswith("GPS[1].north")
+    assert trial.states["u"].median() == pytest.approx(1.5, abs=0.05)
+    assert (trial.inputs["motor"].value == 0.5).all()
+    with pytest.raises(MissingSignal, match="from source 7"):
+        trials(log_with(log, own), sensors=SENSORS | {"position": replace(SENSORS["position"], source=7)})
+
+
+def log_with(log, tables):
+    return replace(log, tables=dict(log.tables) | tables)
+
+
 def test_detected_sources_are_taken_by_rank_and_said():
     log = simple_log(HDG=table(T, ["yaw"], np.full((len(T), 1), 0.5)))
     sources = (
