@@ -21,6 +21,8 @@ def true_first_state(structure: Structure, d: Drive, shown: FloatArray) -> Float
     u, v = u * c - v * s, u * s + v * c
     psi = psi - bias
     r = (r - d.sensor[1]) / d.sensor[2] if "yaw_rate" in structure.setting.streams else r
+    u += r * (d.sensor[4] - structure.vessel.antenna[1])
+    v -= r * (d.sensor[3] - structure.vessel.antenna[0])
     dx, dy = _antenna_shift(structure, d, np.array([psi]), np.array([psi + bias]))
     state = np.zeros((1, 6))
     state[0] = x - dx[0], y - dy[0], psi, u, v, r

@@ -51,8 +51,16 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     return Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(coefficients),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
-        prepared.digest, tuple(notes),
+        prepared.digest, tuple(notes), structure.u0, _typical(prepared),
     )  # fmt: skip
+
+
+def _typical(prepared: Prepared) -> dict[str, float]:
+    """Median of each input over the logs of the fit."""
+    return {
+        i.name: float(np.median(np.concatenate([s.inputs[i.name].value for s in prepared.identify])))
+        for i in prepared.structure.inputs
+    }
 
 
 def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: int) -> Estimated:

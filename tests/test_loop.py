@@ -1,4 +1,4 @@
-"""The reason for the program: what is missing is found, what is not there is not, and what is unknown is owned up to."""
+"""The reason for the program: what is missing is found, what is not there is not, what is unknown is owned up to."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
 
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
-    """The most promising; far from the noise, where a first order promises anything, the best variant of every effect."""
+    """The most promising; far from the noise, where a first order tells little, the best variant of every effect."""
     if fitted.chi2_per_dof < FAR:
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
     best: dict[str, Screened] = {}

@@ -17,7 +17,9 @@ from validate.report.contents import seatrial_version
 from validate.report.schema import MODEL, ModelEffectEntry, ModelFile, ModelParameterEntry, to_json
 
 #: What of a fit goes into ``provenance``, under its own name.
-FROM_FIT = ("estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest", "notes")
+FROM_FIT = (
+    "estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest", "notes", "u0", "typical_inputs",
+)  # fmt: skip
 
 
 class ModelFileError(UsageError):
@@ -93,6 +95,8 @@ def read_model(path: Path) -> Fit:
         stopped=str(provenance.get("stopped", "")),
         digest=str(provenance.get("digest", "")),
         notes=tuple(provenance.get("notes") or ()),
+        u0=provenance.get("u0"),
+        typical_inputs=provenance.get("typical_inputs") or {},
     )
 
 
