@@ -87,7 +87,7 @@ def actuators_of(
     """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
     dt = stretch.h / SUBSTEPS
     edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
-    lead = sum(float(p[k]) for k, s in enumerate(structure.slots) if s.name == "input_lead" and s.effect < 0)
+    lead = _lead(structure, p)
     series = {
         i.name: sampled(stretch.inputs[i.name], edges + lead - _delay(structure, values, i.name))
         for i in structure.inputs
@@ -108,6 +108,14 @@ def actuators_of(
                     force = force * active.effect.gain(v, time)
             series[f"thrust {item.name}"] = force
     return series
+
+
+def _lead(structure: Structure, p: FloatArray) -> float:
+    """How far the actuators are ahead of the logged inputs, s; the expected lead where it is not a parameter."""
+    for k, slot in enumerate(structure.slots):
+        if slot.name == "input_lead" and slot.effect < 0:
+            return float(p[k])
+    return structure.input_lead[0] if structure.input_lead is not None else 0.0
 
 
 def _delay(structure: Structure, values: list[dict[str, float]], name: str) -> float:

@@ -89,6 +89,8 @@ def fitted_effect(
     mine = [k for k, s in enumerate(structure.slots) if s.effect == index]
     names, values, jacobian = _reported(active, structure, p, mine)
     variance = jacobian @ covariance @ jacobian.T
+    if active.effect.input_delay and structure.input_lead is not None:
+        variance = variance + structure.input_lead[1] ** 2 * np.eye(len(variance))
     units = _units(active, structure, mine)
     parameters = tuple(
         Estimated("", n, float(v), float(np.sqrt(max(variance[j, j], 0.0))), units.get(n, ""))

@@ -111,6 +111,22 @@ class Structure:
                 terms += [t for t, _ in active.effect.fixed_terms(nulls(active))]
         return tuple(terms)
 
+    @property
+    def lead_is_free(self) -> bool:
+        """Whether the lead of the inputs can be told from the effects: a delay of inputs is the same thing."""
+        return not any(a.effect.input_delay for a in self.actives)
+
+    def carried(self, p: FloatArray, source: Structure) -> FloatArray:
+        """Parameters of this structure from those of another: what has the same effect and name, else nothing."""
+        values = {source.key(s): v for s, v in zip(source.slots, p, strict=True)}
+        return np.array([
+            values.get(self.key(s), 0.0 if s.coefficient >= 0 else s.parameter.null) for s in self.slots
+        ])  # fmt: skip
+
+    def key(self, slot: Slot) -> tuple[str, str]:
+        """Label of the slot's effect (none for the model's own) and its name."""
+        return (self.actives[slot.effect].label if slot.effect >= 0 else "", slot.name)
+
     @cached_property
     def slots(self) -> tuple[Slot, ...]:
         """Layout of the parameter vector."""
@@ -131,7 +147,7 @@ class Structure:
             slots += [Slot(p.name, e, scaled(p, active, self.amplitudes)) for p in active.effect.parameters]
             if active.effect.fixed_terms:
                 k += len(active.effect.fixed_terms(nulls(active)))
-        if self.input_lead is not None:
+        if self.input_lead is not None and self.lead_is_free:
             mean, sd = self.input_lead
             limits = (mean - 2.2 * sd, mean + 2.2 * sd)
             slots.append(

@@ -73,10 +73,7 @@ def extended(
 ) -> tuple[Structure, FloatArray, list[Places]]:
     """Structure with effects added, its parameters at their nulls, and where each effect's parameters are."""
     wide = replace(structure, actives=(*structure.actives, *actives))
-    values = {(s.effect, s.name): v for s, v in zip(structure.slots, p, strict=True)}
-    out = np.array([
-        values.get((s.effect, s.name), 0.0 if s.coefficient >= 0 else s.parameter.null) for s in wide.slots
-    ])  # fmt: skip
+    out = wide.carried(p, structure)
     first = len(structure.actives)
     places = [
         np.array([k for k, s in enumerate(wide.slots) if s.effect == first + j], dtype=int)

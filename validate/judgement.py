@@ -159,8 +159,7 @@ def better_base(base: Fitted, candidate: Fitted) -> Fitted:
     A base that is not at its best would let any candidate gain.
     """
     structure = base.solution.structure
-    where = {(s.effect, s.name): k for k, s in enumerate(candidate.solution.structure.slots)}
-    p = np.array([candidate.solution.p[where[(s.effect, s.name)]] for s in structure.slots])
+    p = structure.carried(candidate.solution.p, candidate.solution.structure)
     found = solve(
         base.problem, structure, p, candidate.solution.first, base.prior, anchor=first_states(base.problem),
         budget=15, tolerance=step_tolerance(base),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,10 +38,10 @@ def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
     """The fit without one of its effects, everything else free, under the same weights."""
     solution = fitted.solution
     structure = solution.structure.without(index)
-    keep = [k for k, s in enumerate(solution.structure.slots) if s.effect != index]
-    prior = replace(fitted.prior, mean=fitted.prior.mean[keep], sd=fitted.prior.sd[keep])
+    p = structure.carried(solution.p, solution.structure)
+    prior = prior_of(structure, p, fitted)
     found = solve(
-        fitted.problem, structure, solution.p[keep], solution.first, prior,
+        fitted.problem, structure, p, solution.first, prior,
         anchor=first_states(fitted.problem), budget=budget, tolerance=step_tolerance(fitted),
     )  # fmt: skip
     return Fitted(fitted.problem, prior, found)
@@ -138,21 +138,15 @@ def _just_off(starts: tuple[float, ...], null: float) -> float:
 
 def _translated(narrow: Structure, wide: Structure, places: IntArray) -> IntArray:
     """Places of the same slots in a structure with more effects."""
-    where = {(s.effect, s.name): k for k, s in enumerate(wide.slots)}
-    return np.array([where[(narrow.slots[k].effect, narrow.slots[k].name)] for k in places], dtype=np.int64)
+    where = {wide.key(s): k for k, s in enumerate(wide.slots)}
+    return np.array([where[narrow.key(narrow.slots[k])] for k in places], dtype=np.int64)
 
 
 def _start(fitted: Fitted, index: int, wide: Structure, moved: FloatArray, active: Active) -> FloatArray:
     """Parameters of the structure with the rival in the effect's place, from those of the one that has them all."""
-
-    def key(structure: Structure, effect: int, name: str) -> tuple[str, str]:
-        return (structure.actives[effect].label if effect >= 0 else "", name)
-
-    values = {key(wide, s.effect, s.name): v for s, v in zip(wide.slots, moved, strict=True)}
     target = fitted.solution.structure.without(index).with_effect(active)
-    return np.array(
-        [np.clip(values[key(target, s.effect, s.name)], *s.parameter.bounds) for s in target.slots]
-    )
+    p = target.carried(moved, wide)
+    return np.array([np.clip(v, *s.parameter.bounds) for v, s in zip(p, target.slots, strict=True)])
 
 
 def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:
