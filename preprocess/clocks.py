@@ -15,106 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from preprocess.chains import Segments, Stream, assemble, variances
-from preprocess.commanded import fitted_intensity
-from preprocess.kalman import Rows, cost
-from preprocess.levels import thin_out
-from preprocess.smoother import ChainResult, first_guess
+from preprocess.chains import Segments
+from preprocess.gyro_clock import yaw_rate_offset
+from preprocess.offsets import LONGEST, WORST, ClockOffset, search
+from preprocess.smoother import ChainResult
 from preprocess.trial import FloatArray, Measurement
 from preprocess.weak_form import weak_form
 
-#: Offsets are searched for up to this, s.
-LONGEST = 1.5
-#: Reported beyond this many standard errors, and this many seconds.
-STANDARD_ERRORS = 4.0
-LEAST = 0.03
-#: A stretch must turn this much in all, rad, to tell an offset; one that is less sure than this is not given.
+#: A stretch must turn this much in all, rad, to tell an offset.
 LEAST_TURN = 1.5
-WORST = 0.4
-#: An offset that rests on a model must explain this much: else it may make up for what the model lacks.
-LEAST_GAIN = 1.5
 #: What the simple models of the response leave out, as a share of the response time.
 MODEL_SHARE = 0.015
-
-
-@dataclass(frozen=True)
-class ClockOffset:
-    """Offset of a stream's stamps.
-
-    Attributes
-    ----------
-    stream, against : str
-    offset, stderr : float
-        Stamp less true time, s, taking the stamps of ``against`` for true.
-    gain : float
-        How many times less is left unexplained with the offset than without, where it rests on a model of the
-        response; infinite where it rests on kinematics alone.
-    """
-
-    stream: str
-    against: str
-    offset: float
-    stderr: float
-    gain: float = float("inf")
-
-    @property
-    def seen(self) -> bool:
-        """Whether it differs from zero by more than chance."""
-        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST) and self.gain > LEAST_GAIN
-
-    def __str__(self) -> str:
-        amount = f"{abs(self.offset):.3f} ± {self.stderr:.3f}"
-        late = "later" if self.offset > 0 else "earlier"
-        return f"The stamps of {self.stream} are {amount} s {late} than those of {self.against} say."
-
-
-def parabola_minimum(tau: FloatArray, value: FloatArray) -> tuple[float, float]:
-    """Place of the minimum and second derivative there, from a parabola through the lowest five points."""
-    k = int(np.clip(np.argmin(value), 2, len(tau) - 3))
-    near = slice(k - 2, k + 3)
-    c = np.polyfit(tau[near] - tau[k], value[near] - value[k], 2)
-    if c[0] <= 0.0:
-        return float(tau[k]), 0.0
-    return float(tau[k] + np.clip(-c[1] / (2.0 * c[0]), tau[k - 2] - tau[k], tau[k + 2] - tau[k])), float(
-        2.0 * c[0]
-    )
-
-
-def search(objective: Callable[[float], float], longest: float = LONGEST) -> tuple[float, float]:
-    """Minimum of a function of an offset, on finer and finer grids; (place, curvature)."""
-    centre, width, curvature = 0.0, longest, 0.0
-    for _ in range(3):
-        tau = np.linspace(centre - width, centre + width, 13)
-        centre, curvature = parabola_minimum(tau, np.array([objective(float(x)) for x in tau]))
-        width /= 4.0
-    return centre, curvature
-
-
-def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | None:
-    """Offset of the yaw rate's stamps against the heading's, by likelihood; None without a yaw rate."""
-    names = [s.name for s in heading.streams]
-    if names != ["heading", "yaw_rate"] or not segments:
-        return None
-    compass, gyro = heading.streams
-    _, prior = first_guess(heading.streams)
-    start = heading.levels.q if heading.drive is None else 1e2 * heading.levels.q
-    q = fitted_intensity(_rows(heading.streams, heading.levels.sigma, segments), start, prior)
-
-    def deviance(tau: float) -> float:
-        moved = (compass, replace(gyro, t=gyro.t - tau))
-        return cost(_rows(moved, heading.levels.sigma, segments), q, prior)
-
-    offset, curvature = search(deviance)
-    # -2 log L has curvature 2 / variance
-    stderr = np.sqrt(2.0 / curvature) if curvature > 0.0 else np.inf
-    return ClockOffset("yaw_rate", "heading", offset, float(stderr))
-
-
-def _rows(streams: tuple[Stream, ...], sigma: FloatArray, segments: Segments) -> Rows:
-    """Rows of an even drive: one that follows the inputs is itself a statement about time."""
-    assembled = assemble(streams, segments, np.empty(0))
-    rows = replace(assembled.rows, variance=variances(assembled.stream, sigma))
-    return thin_out(rows, assembled.stream)[0]
 
 
 @dataclass(frozen=True)
@@ -161,7 +72,7 @@ def _profile(
     # neighbouring windows overlap by three quarters: a quarter of them count
     variance = 2.0 * left(offset) / max(windows / 4.0 - 8.0, 1.0) / max(curvature, 1e-300)
     stderr = float(np.hypot(np.sqrt(variance), MODEL_SHARE * grids[0].half))
-    unsure = stderr > WORST or abs(offset) > 0.9 * LONGEST
+    unsure = curvature <= 0.0 or stderr > WORST or abs(offset) > 0.9 * LONGEST
     return None if unsure else ClockOffset("", "", offset, stderr, left(0.0) / max(left(offset), 1e-300))
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from preprocess.chains import Segments
-from preprocess.clocks import ClockOffset
 from preprocess.judge import Judged
 from preprocess.manoeuvres import Found, classify_stretch
+from preprocess.offsets import ClockOffset
 from preprocess.trial import Measurement
 
 
