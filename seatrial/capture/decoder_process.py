@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -21,6 +21,8 @@ MOST_WAITING = 1 << 26
 #: Signals that end a capture: they are for its main process.
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
+#: Bytes beyond which waiting batches are not taken together.
+MOST_AT_ONCE = 1 << 20
 #: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
 PROMPT, PATIENT = -10, 5
 
@@ -60,14 +62,44 @@ def serve(connection: Connection, ports: tuple[PortSettings, ...], live: LiveWan
         watcher = LiveView.open(live.name, ports)
     decoders = [PortDecoder(port, watcher.show if watcher else None) for port in ports]
     try:
-        while (batch := connection.recv()) is not None:
-            connection.send([(index, _fed(decoders[index], pieces)) for index, pieces in batch])
+        for count, batch in Inbox(connection):
+            connection.send((count, [(index, _fed(decoders[index], pieces)) for index, pieces in batch]))
         if watcher is not None:
             watcher.close()
             connection.send(LiveStats(watcher.latencies_s(), watcher.not_shown))
         connection.send(None)
     except (EOFError, OSError):
-        return
+        if watcher is not None:
+            watcher.close()
+
+
+class Inbox:
+    """The batches that come: who is behind gets several as one, which is cheaper to decode."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._ended = False
+
+    def __iter__(self) -> Iterator[tuple[int, Batch]]:
+        """How many batches waited, and all of them together, until the end is sent."""
+        while not self._ended:
+            count, pieces = self._waiting()
+            if count:
+                yield count, list(pieces.items())
+
+    def _waiting(self) -> tuple[int, dict[int, list[tuple[int, bytes]]]]:
+        pieces: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
+        count = size = 0
+        while True:
+            batch: Batch | None = self._connection.recv()
+            if batch is None:
+                self._ended = True
+                return count, pieces
+            count, size = count + 1, size + _size(batch)
+            for index, more in batch:
+                pieces[index] += more
+            if size > MOST_AT_ONCE or not self._connection.poll():
+                return count, pieces
 
 
 def _fed(decoder: PortDecoder, pieces: list[tuple[int, bytes]]) -> Outcome:
@@ -186,9 +218,10 @@ class DecoderProcess:
                 if isinstance(outcomes, LiveStats):
                     self.live_stats = outcomes
                     continue
-                self._outcomes.extend(outcomes)
+                count, decoded = outcomes
+                self._outcomes.extend(decoded)
                 with self._wake:
-                    self._bytes_waiting -= self._sizes.popleft()
+                    self._bytes_waiting -= sum(self._sizes.popleft() for _ in range(count))
         except (EOFError, OSError):
             self.failed = True
         self._finished.set()

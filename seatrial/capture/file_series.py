@@ -78,13 +78,13 @@ class FileSeries:
     def _write_held(self) -> None:
         try:
             while self._held:
+                self._rotate_if_due()
                 part = self._part()
                 self._file.append(part)
                 for message in part:
                     self._held.popleft()
                     self._held_bytes -= len(message.payload)
                 self._syncing.set()
-                self._rotate_if_due()
         except OSError as error:
             if not self.trouble:
                 self._keep_raw()

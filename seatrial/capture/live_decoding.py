@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from seatrial.capture.channel_messages import Encoded, TableEncoder
 from seatrial.capture.decoders import Decoder, Tables, decoder_for
-from seatrial.capture.detection import detect, suspicion
+from seatrial.capture.detection import WINDOW, detect, suspicion
 from seatrial.capture.settings import PortSettings, Protocol
 
 #: Bytes that are held until the protocol is known, and how many must have come since it was last looked for.
-HELD, AGAIN = 1 << 16, 32
+HELD, AGAIN = 1 << 22, 32
 #: Bytes without a whole record after which the line rate is doubted again.
 NONSENSE = 4096
 
@@ -49,7 +50,8 @@ class PortDecoder:
         self._watcher = watcher
         self._encoder = TableEncoder(settings.name)
         self._decoder: Decoder | None = decoder_for(settings.protocol.value)
-        self._held: list[tuple[int, bytes]] = []
+        self._held: deque[tuple[int, bytes]] = deque()
+        self._held_bytes = 0
         self._looked_at = self._nonsense = self._seen = 0
         self._suspected = False
 
@@ -68,19 +70,20 @@ class PortDecoder:
     def _recognise(self, pieces: Pieces, outcome: Outcome) -> Pieces:
         """Hold pieces until the protocol is known, then give all of them."""
         self._held += pieces
-        held = sum(len(data) for _, data in self._held)
-        while held > HELD and len(self._held) > 1:
-            held -= len(self._held.pop(0)[1])
+        self._held_bytes += sum(len(data) for _, data in pieces)
+        while self._held_bytes > HELD and len(self._held) > 1:
+            self._held_bytes -= len(self._held.popleft()[1])
         if self._seen - self._looked_at < AGAIN:
             return []
         self._looked_at = self._seen
-        data = b"".join(data for _, data in self._held)
+        data = latest(self._held, WINDOW)
         outcome.protocol = detect(data)
         if outcome.protocol is None:
             self._suspect(data, outcome)
             return []
         self._decoder = decoder_for(outcome.protocol.value)
-        ready, self._held = self._held, []
+        ready = list(self._held)
+        self._held.clear()
         return ready
 
     def _suspect(self, data: bytes, outcome: Outcome) -> None:
@@ -111,3 +114,14 @@ class PortDecoder:
             outcome.remarks.append(
                 f"{self._nonsense} bytes without a good record; is {self.settings.baud} the right baud rate?"
             )
+
+
+def latest(pieces: Iterable[tuple[int, bytes]], size: int) -> bytes:
+    """The last bytes of pieces, at least ``size`` of them where there are so many."""
+    found: list[bytes] = []
+    for _, data in reversed(list(pieces)):
+        found.append(data)
+        size -= len(data)
+        if size <= 0:
+            break
+    return b"".join(reversed(found))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import queue
+import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +26,8 @@ if TYPE_CHECKING:
 
 #: Batches that may wait for the viewer; what comes on top is not shown.
 MOST_WAITING = 64
-#: How often the table of rates is renewed, s.
-TABLE_S = 1.0
+#: How often the table of rates is renewed, and the track drawn, s.
+TABLE_S, TRACK_S = 1.0, 0.15
 MEMORY = "1GB"
 SPAN_S = 120.0
 
@@ -74,7 +77,8 @@ class LiveView:
         self._damaged: dict[str, int] = {p.name: 0 for p in ports}
         self._styled: set[str] = set()
         self._track = Track()
-        self._table_at = 0.0
+        self._table_at = self._track_at = 0.0
+        self._server: subprocess.Popen[bytes] | None = None
         self._queue: queue.Queue[tuple[str, Tables] | None] = queue.Queue(MOST_WAITING)
         recording.send_blueprint(blueprint(name, SPAN_S))
         self._thread = threading.Thread(target=self._serve, daemon=True, name="live view")
@@ -88,13 +92,16 @@ class LiveView:
         from validate.recording.entities import APPLICATION
 
         address = free_port()
+        command = viewer_command(address)
         viewer = subprocess.Popen(
-            viewer_command(address), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
         wait_for(address, viewer)
         recording = rr.RecordingStream(APPLICATION, recording_id=f"{name}-{time.time_ns()}")
         recording.connect_grpc(f"rerun+http://127.0.0.1:{address}/proxy")
-        return cls(name, ports, recording)
+        view = cls(name, ports, recording)
+        view._server = viewer if "--web-viewer" in command else None
+        return view
 
     def show(self, port: str, tables: Tables) -> None:
         """Hand a batch over, without waiting."""
@@ -104,12 +111,13 @@ class LiveView:
             self.not_shown += 1
 
     def close(self) -> None:
-        """Send what waits."""
-        try:
+        """Send what waits; a window stays open, a server for a browser ends."""
+        with suppress(queue.Full):
             self._queue.put(None, timeout=2.0)
-        except queue.Full:
-            return
-        self._thread.join(2.0)
+            self._thread.join(2.0)
+        if self._server is not None:
+            with suppress(OSError):
+                os.killpg(self._server.pid, signal.SIGKILL)
 
     def latencies_s(self) -> tuple[float, float, float]:
         """Median, 99th percentile and worst of the times from arrival to the viewer."""
@@ -155,7 +163,9 @@ class LiveView:
         t = np.asarray((sample.time_ns - self._origin_ns) * 1e-9, np.float64)
         if sample.position is not None:
             self._track.add(sample.position, sample.rank)
-            self._send_track(float(t[-1]))
+            if time.monotonic() - self._track_at >= TRACK_S:
+                self._track_at = time.monotonic()
+                self._send_track(float(t[-1]))
             return
         path = entities.signal(self.name, sample.quantity, f"{port}/{sample.label}")
         if path in self._styled:
@@ -225,8 +235,6 @@ class LiveView:
 
 def viewer_command(port: int) -> list[str]:
     """The command that opens an empty viewer: a window where there is a screen, else the browser."""
-    import os
-
     screen = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     where = ["--hide-welcome-screen"] if screen else ["--web-viewer", "--web-viewer-port", "0"]
     return [

@@ -26,7 +26,7 @@ from seatrial.capture.settings import FLUSH_BYTES, CaptureSettings, PortSettings
 from seatrial.capture.summary import PortSummary, Summary
 
 #: How often pieces are collected, and how often counts are written, s.
-TICK_S, STATUS_S = 0.05, 1.0
+TICK_S, STATUS_S = 0.08, 1.0
 #: How long the decoders may take for what waits when the capture ends, s.
 PATIENCE_S = 10.0
 
@@ -115,6 +115,8 @@ class Session:
                 batch.append((index, [(p.stamp.log_ns, p.data) for p in pieces]))
                 self._take_pieces(port, pieces)
         if self.decoders is None:
+            if self.settings.decode:
+                self._undecoded += sum(len(data) for _, pieces in batch for _, data in pieces)
             return
         if batch:
             self.decoders.put(batch)
