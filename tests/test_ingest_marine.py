@@ -172,6 +172,26 @@ def test_sentences_faster_than_the_epochs_are_spread_over_them():
     np.testing.assert_allclose(table["headingT"], (table.index - UTC_0) / SECOND, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("topic", "bodies"),
+    [
+        ("RPM", ("IIRPM,S,1,{},45.0,A", "IIRPM,S,2,{},45.0,A")),
+        ("RPM", ("IIRPM,S,1,{},45.0,A", "IIRPM,E,1,{},45.0,A")),
+        ("XDR", ("YXXDR,A,{},D,PTCH", "YXXDR,A,{},D,ROLL")),
+        ("XDR", ("YXXDR,C,{},C,ENGINE", "YXXDR,P,{},B,ENGINE")),
+        ("MWV", ("WIMWV,{},R,5.0,M,A", "WIMWV,{},T,5.0,M,A")),
+        ("HDT", ("HEHDT,{},T", "HCHDT,{},T")),
+    ],
+)
+@pytest.mark.parametrize("often", [1, 2])
+def test_instances_of_one_formatter_have_the_times_of_their_epoch_each(topic, bodies, often):
+    both = [nmea(body.format(7.5)) for body in bodies]
+    raw = b"".join(s for i in range(20) for s in (*epoch(43200 + i)[:2], *both * often))
+    index = decode_stream(raw).tables[topic].index.to_numpy()
+    expected = UTC_0 + 43200 * SECOND + np.arange(20 * often) * SECOND // often
+    np.testing.assert_array_equal(index, np.repeat(expected, 2))
+
+
 def test_a_compass_that_runs_before_the_first_fix_and_after_the_last():
     lone = [nmea(f"HEHDT,{i},T") for i in range(100)]
     table = decode_stream(b"".join([*lone, *drive(50), *lone])).tables["HDT"]

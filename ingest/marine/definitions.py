@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from ingest.log import SOURCE
+
 #: Definitions as pynmeagps writes them: field to type (or a group with how often it is repeated).
 Payload = Mapping[str, object]
 
@@ -51,6 +53,8 @@ OWN: Mapping[str, Payload] = {
 WITH_SUBTYPE = ("PASHR", "PTNL", "PSXN", "PUBX", "PSSN")
 #: Talkers of satellite receivers: one receiver changes between them as satellites come and go.
 GNSS_TALKERS = frozenset({"GN", "GP", "GL", "GA", "GB", "BD", "GQ", "GI", "QZ"})
+#: Fields that tell apart the sentences of one formatter: shafts or devices, relative and true wind, transducers.
+INSTANCE = (SOURCE, "reference", "tdrtype_01", "tdrid_01")
 
 
 @dataclass(frozen=True)

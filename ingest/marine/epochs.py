@@ -91,9 +91,11 @@ def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
 
 def _kinds(count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]) -> Integers:
     kinds = np.full(count, -1, np.int64)
-    records = [r.record for r in sentences.values()] + [m.record for m in messages.values()]
-    for i, record in enumerate(records):
-        kinds[record] = i
+    pairs = [(r.record, r.instance) for r in sentences.values()] + [(m.record, 0) for m in messages.values()]
+    first = 0
+    for record, instance in pairs:
+        kinds[record] = first + instance
+        first += 1 + int(np.max(instance, initial=0))
     return kinds
 
 

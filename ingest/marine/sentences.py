@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ingest.log import SOURCE, Finding
 from ingest.marine import fields as f
-from ingest.marine.definitions import GNSS_TALKERS, WITH_SUBTYPE, Sentence, expand, sentence_of
+from ingest.marine.definitions import GNSS_TALKERS, INSTANCE, WITH_SUBTYPE, Sentence, expand, sentence_of
 from ingest.marine.scan import NMEA_UNCHECKED, Bytes, Records
 
 Integers = NDArray[np.int64]
@@ -32,12 +32,15 @@ class Rows:
         Time of day that the record itself states, ns; −1 where none.
     day : (n,) int64
         Days since 1970 that the record itself states; −1 where none.
+    instance : (n,) int64 or 0
+        Which of several shafts, devices or transducers the record is of, counted from 0.
     """
 
     record: Integers
     table: pd.DataFrame
     of_day: Integers
     day: Integers
+    instance: Integers | int = 0
 
 
 def sentence_rows(
@@ -233,9 +236,15 @@ def _finished(topic: str, rows: Rows) -> Rows:
         table = _judged_sides(table)
     if topic == "RPM" and {"source", "engineshaftnum"} <= set(table.columns):
         table = _numbered_shafts(table)
+    instance = _instances(table)
     if topic == "XDR":
         table = _by_transducer(table)
-    return Rows(rows.record, table, rows.of_day, rows.day)
+    return Rows(rows.record, table, rows.of_day, rows.day, instance)
+
+
+def _instances(table: pd.DataFrame) -> Integers | int:
+    told = [c for c in INSTANCE if c in table]
+    return np.asarray(table.groupby(told, dropna=False, observed=True).ngroup(), np.int64) if told else 0
 
 
 def _good(table: pd.DataFrame) -> NDArray[np.float64] | None:
