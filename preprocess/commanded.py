@@ -23,6 +23,8 @@ BOOSTS = (30.0, 1e3, 3e4)
 TIMES = (0.15, 0.5, 1.5, 5.0)
 #: Gain in -2 log likelihood below which the intensity stays even.
 LEAST_GAIN = 10.0
+#: Rows that they are tried on at most.
+MOST_ROWS = 4_000
 
 
 @njit(cache=True)
@@ -78,7 +80,7 @@ def commanded_drive(
         return None
     assembled = assemble(streams, segments, np.empty(0))
     variance = variances(assembled.stream, levels.sigma)
-    rows, _ = thin_out(replace(assembled.rows, variance=variance), assembled.stream)
+    rows, _ = thin_out(replace(assembled.rows, variance=variance), assembled.stream, MOST_ROWS)
     best = fitted_cost(rows, levels.q, prior) - LEAST_GAIN
     chosen: tuple[float, float] | None = None
     for tau in TIMES:

@@ -144,7 +144,7 @@ def _update(m, p, o, value, variance, gain):  # type: ignore[no-untyped-def]  # 
 def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
     work, gain = np.zeros((3, 3)), np.zeros(3)
-    total = 0.0
+    squares, logs, product = 0.0, 0.0, 1.0
     for i in range(len(t)):
         if fresh[i]:
             _restart(m, p, i, t, order, value, variance, prior)
@@ -156,9 +156,13 @@ def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no
         s = p[o, o] + variance[i]
         for k in range(value.shape[1]):
             e = value[i, k] - m[o, k]
-            total += np.log(s) + e * e / s
+            squares += e * e / s
+        product *= s  # a logarithm takes as long as the rest of the row: one for several rows
+        if not 1e-150 < product < 1e150:
+            logs += np.log(product)
+            product = 1.0
         _update(m, p, o, value[i], variance[i], gain)
-    return total
+    return squares + value.shape[1] * (logs + np.log(product))
 
 
 @njit(cache=True)

@@ -33,12 +33,12 @@ class Levels:
     evaluations: int = 0
 
 
-def thin_out(rows: Rows, group: IntArray) -> tuple[Rows, IntArray]:
-    """At most ``MOST_ROWS`` rows, as unbroken blocks spread evenly."""
+def thin_out(rows: Rows, group: IntArray, most: int = MOST_ROWS) -> tuple[Rows, IntArray]:
+    """At most ``most`` rows, as unbroken blocks spread evenly."""
     n = len(rows.t)
-    if n <= MOST_ROWS:
+    if n <= most:
         return rows, group
-    size = MOST_ROWS // BLOCKS
+    size = most // BLOCKS
     starts = np.linspace(0, n - size, BLOCKS).astype(int)
     pick = (starts[:, None] + np.arange(size)).ravel()
     fresh = rows.fresh[pick].copy()
@@ -55,6 +55,7 @@ def estimate_levels(
     prior: FloatArray,
     known: FloatArray,
     least: FloatArray,
+    near: bool = False,
 ) -> Levels:
     """Maximum-likelihood noise levels of a chain.
 
@@ -72,6 +73,8 @@ def estimate_levels(
         Standard deviations that are given; NaN where they are to be estimated.
     least : (g,)
         Standard deviations below which the estimates may not go.
+    near : bool
+        The first guess is an estimate already: the search begins in small steps.
     """
     from scipy.optimize import minimize
 
@@ -92,8 +95,9 @@ def estimate_levels(
         return cost(replace(thin, variance=variance), q, prior)
 
     first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
-    simplex = np.vstack([first, first + np.diag(np.r_[2.0, np.full(len(free), 0.5)])])
-    options = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
+    steps = (0.25 if near else 1.0) * np.r_[2.0, np.full(len(free), 0.5)]
+    simplex = np.vstack([first, first + np.diag(steps)])
+    options = {"initial_simplex": simplex, "xatol": 1e-2, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
     best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
     q, sigma = levels_of(np.asarray(best.x))
     return Levels(q, sigma, count)

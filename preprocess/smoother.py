@@ -76,11 +76,16 @@ def first_guess(streams: tuple[Stream, ...]) -> tuple[Levels, FloatArray]:
 
 
 def chain_levels(
-    streams: tuple[Stream, ...], assembled: Assembled, start: Levels, prior: FloatArray, least: FloatArray
+    streams: tuple[Stream, ...],
+    assembled: Assembled,
+    start: Levels,
+    prior: FloatArray,
+    least: FloatArray,
+    near: bool = False,
 ) -> Levels:
-    """Estimate the levels that are not given, not below ``least``."""
+    """Estimate the levels that are not given, not below ``least``; ``near``: the start is an estimate already."""
     known = np.array([s.sigma for s in streams])
-    return estimate_levels(assembled.rows, assembled.stream, start, prior, known, least)
+    return estimate_levels(assembled.rows, assembled.stream, start, prior, known, least, near)
 
 
 def own_noise(stream: Stream, segments: Segments) -> float:
@@ -118,7 +123,8 @@ def clean_and_level(
     cut, least = truncation(streams[0].value.shape[1]), least_noise(streams, segments)
     drive: Drive | None = None
     for k in range(ROUNDS):
-        levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
+        assembled = assemble(streams, segments, nothing, drive)
+        levels = chain_levels(streams, assembled, levels, prior, least, near=k > 1)
         if k < 2:
             drive = commanded_drive(streams, segments, inputs, levels, prior) or drive
         if k == 1 and drive is None and streams[0].value.shape[1] == 1:
