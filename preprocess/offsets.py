@@ -18,6 +18,8 @@ LEAST = 0.03
 WORST = 0.4
 #: An offset that rests on a model must explain this much: else it may make up for what the model lacks.
 LEAST_GAIN = 1.5
+#: … that of a position, which a poor model of the sway makes up for more easily.
+LEAST_GAIN_POSITION = 2.5
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,8 @@ class ClockOffset:
     @property
     def seen(self) -> bool:
         """Whether it differs from zero by more than chance."""
-        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST) and self.gain > LEAST_GAIN
+        least = LEAST_GAIN_POSITION if self.stream == "position" else LEAST_GAIN
+        return abs(self.offset) > max(STANDARD_ERRORS * self.stderr, LEAST) and self.gain > least
 
     def __str__(self) -> str:
         amount = f"{abs(self.offset):.3f} ± {self.stderr:.3f}"

@@ -144,6 +144,7 @@ def test_the_demo_moves_as_a_vessel_does():
     for trial in trials:
         assert trial.states["v"].abs().max() < 1.5, trial.name
         assert trial.measurements["position"].sigma == pytest.approx(0.02, rel=0.2), trial.name
+        assert not any("stamps" in f for f in trial.findings), trial.name
         compass, s = trial.measurements["heading"], trial.states.dropna()
         gap = np.interp(compass.t, s["t"], s["psi"]) - compass.value
         gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
