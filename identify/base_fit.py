@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.noise import calibrated
 from identify.output_error import Prior, Solution, prior_for, solve
+from identify.predict import free_run
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
@@ -145,4 +146,35 @@ def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
 
 def fit_declared(prepared: Prepared) -> Fitted:
     """Fit the declared model alone."""
-    return fit_from_scratch(prepared.structure, prepared.identify)
+    return fit_for_prediction(prepared.structure, prepared.identify)
+
+
+def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    """Fit a structure; far from the noise, by the way that predicts the same logs best, free-running.
+
+    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, or the
+    regression alone, may then serve better. Which, is decided on the logs of the fit.
+    """
+    fitted = fit_from_scratch(structure, stretches)
+    if fitted.chi2_per_dof < FAR:
+        return fitted
+    others = [fit_from_scratch(structure, stretches, length=length) for length in (SHORT, 2.0 * SHORT)]
+    return min([fitted, *others, _by_regression_alone(fitted, stretches)], key=free_running_misfit)
+
+
+def _by_regression_alone(fitted: Fitted, stretches: tuple[Stretch, ...]) -> Fitted:
+    structure = fitted.solution.structure
+    p = start_by_regression(structure, null_parameters(structure), stretches)
+    solution = fit_states(fitted.problem, structure, p)
+    return replace(fitted, solution=solution) if np.isfinite(solution.cost) else fitted
+
+
+def free_running_misfit(fitted: Fitted) -> float:
+    """Mean squared free-running error of u, v, r on the fit's own stretches over their variance, summed."""
+    states = [s.states[:, 3:6] for s in fitted.problem.stretches]
+    runs = [
+        free_run(fitted.solution.structure, fitted.solution.p, s)[:, 3:6] for s in fitted.problem.stretches
+    ]
+    error = np.vstack(runs) - np.vstack(states)
+    square = np.mean(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3) ** 2, axis=0)
+    return float(np.sum(square / (np.var(np.vstack(states), axis=0) + 1e-12)))

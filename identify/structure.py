@@ -11,6 +11,7 @@ from identify.effect import Active, Parameter, Setting
 from identify.forces import channel_names
 from identify.models import MODEL_BY_NAME, Model, terms_for
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
+from ingest.errors import UsageError
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -198,6 +199,10 @@ def structure_for(
     input_lead: tuple[float, float] | None = None,
 ) -> tuple[Structure, tuple[str, ...]]:
     """The declared model alone, for this vessel and these logs, with notes on terms that were left out."""
+    if model_name not in MODEL_BY_NAME:
+        raise UsageError(
+            f"the model '{model_name}' is not available in this version; there are {', '.join(MODEL_BY_NAME)}."
+        )
     model = MODEL_BY_NAME[model_name]
     terms, notes = terms_for(model, vessel, inputs)
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)

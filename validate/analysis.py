@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from identify.base_fit import Fitted, prepare_best
+from identify.base_fit import Fitted, fit_for_prediction, prepare_best
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.models import MODEL_BY_NAME
@@ -68,8 +68,10 @@ def analyse(
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
     scored = [validation(prepared.structure, stretches, r) for r in runs]
     if outcome and outcome.standing and worse(*scored):
-        outcome, after = replace(outcome, standing=(), refuted=True), declared
-        runs, scored = [runs[0]] * 2, [scored[0]] * 2
+        outcome = replace(outcome, standing=outcome.standing[: 1 if outcome.wiring else 0], refuted=True)
+        after = _rewired(prepared, outcome) if outcome.wiring else declared
+        runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
+        scored[1] = validation(prepared.structure, stretches, runs[1])
     waves = find_waves(after) if loop and after.chi2_per_dof < HOPELESSLY_FAR else None
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
@@ -105,6 +107,12 @@ def _identify(
     outcome = search(prepared, lambda text: progress("diagnose", text, 0.5))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
+
+
+def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:
+    """The declared model with nothing but the wiring put right, which was found on grounds of its own."""
+    wired = [prepared.structure.with_effect(w.active) for w in (outcome.wiring,) if w]
+    return fit_for_prediction(wired[0] if wired else prepared.structure, prepared.identify)
 
 
 def _model(trials: Sequence[Trial], name: str) -> str:

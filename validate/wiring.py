@@ -31,7 +31,7 @@ SLOPE = 1.5
 #: Inputs may be this late or early in each log, s, in steps of; rows that are used, one in.
 LAG, LAG_STEP, THIN = 2.0, 0.25, 3
 #: A wiring is believed wrong where chance would say so in fewer than this share of campaigns.
-FALSE_ALARM = 1e-3
+FALSE_ALARM = 0.01
 
 
 @dataclass(frozen=True)
