@@ -40,4 +40,5 @@ def advice_for(
 
 
 def _decide(t: TakenEffect) -> str:
-    return " ".join(_CHECK.get(n.split(" (")[0], "") for n in (t.fitted.name, *t.look_alikes)).strip()
+    checks = (_CHECK.get(n.split(" (")[0], "") for n in (t.fitted.name, *t.look_alikes))
+    return " ".join(dict.fromkeys(c for c in checks if c))

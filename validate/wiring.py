@@ -30,6 +30,8 @@ BLOCK = 10.0
 SLOPE = 1.5
 #: Inputs may be this late or early in each log, s, in steps of; rows that are used, one in.
 LAG, LAG_STEP, THIN = 2.0, 0.25, 3
+#: A wiring that the best one beats by less than this many standard errors, and that beats the declared one, looks alike.
+CLEARLY_BETTER = 3.0
 #: A wiring is believed wrong where chance would say so in fewer than this share of campaigns.
 FALSE_ALARM = 0.01
 
@@ -107,7 +109,13 @@ def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring 
     p_value = min(1.0, len(actives) * float(stats.norm.sf(z)))
     if p_value > FALSE_ALARM:
         return None
-    rivals = [a for a in actives if a is not best and _z(errors[a.label], errors[best.label]) < 3.0]
+    rivals = [
+        a
+        for a in actives
+        if a is not best
+        and errors[a.label].sum() < declared.sum()
+        and _z(errors[a.label], errors[best.label]) < CLEARLY_BETTER
+    ]
     tried = tuple((a, _z(declared, errors[a.label])) for a in actives)
     return Wiring(best, z, p_value, tuple(a.label for a in rivals), tried)
 
