@@ -30,7 +30,7 @@ BLOCK = 10.0
 SLOPE = 1.5
 #: Inputs may be this late or early in each log, s, in steps of; rows that are used, one in.
 LAG, LAG_STEP, THIN = 2.0, 0.25, 3
-#: A wiring that the best one beats by less than this many standard errors, and that beats the declared one, looks alike.
+#: A wiring that beats the declared one looks alike where the best one beats it by fewer standard errors than this.
 CLEARLY_BETTER = 3.0
 #: A wiring is believed wrong where chance would say so in fewer than this share of campaigns.
 FALSE_ALARM = 0.01
