@@ -8,7 +8,6 @@ follow without another run.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -131,7 +130,6 @@ def solve(
     tolerance: float = 0.05,
     budget: int = 40,
     target: float = np.inf,
-    progress: Callable[[int, float], None] | None = None,
 ) -> Solution:
     """Minimise the windowed output error from ``p`` (np,) and ``first`` (w, 8).
 
@@ -172,8 +170,6 @@ def solve(
             if damping > 1e7:
                 stopped = Stopped.STALLED
                 break
-        if progress:
-            progress(step, now.cost)
     return _end(structure, p, first, now, penalty, anchor, held, stopped, step, known)
 
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import FAR, Fitted, fit_from_scratch
+from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost
 from identify.output_error import Solution, Stopped, solve
-from identify.predict import free_run
 from identify.regression import start_by_regression
 from identify.windows import Problem, first_states
 from validate.candidates import Screened, prior_of
@@ -213,27 +212,14 @@ def by_time(fitted: Fitted) -> FloatArray:
     return np.concatenate(out)
 
 
-def free_running_error(fitted: Fitted) -> FloatArray:
-    """Mean squared free-running error of u, v, r (3,) on the fit's stretches, against the smoothed measurement."""
-    total, n = np.zeros(3), 0
-    for stretch in fitted.problem.stretches:
-        predicted = free_run(fitted.solution.structure, fitted.solution.p, stretch)
-        error = predicted[:, 3:6] - stretch.states[:, 3:6]
-        total += np.nansum(np.where(np.isfinite(error), error, 10.0) ** 2, axis=0)
-        n += len(error)
-    return np.asarray(total / max(n, 1), dtype=float)
-
-
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
     """Whether the free-running error falls by enough to be worth naming the effect."""
     if base.chi2_per_dof > FAR:
         reached = fit.chi2_per_dof < FAR or fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
         return bool(reached and not at_bound(fit))
-    before, after = free_running_error(base), free_running_error(fit)
-    spread = np.var(np.vstack([s.states[:, 3:6] for s in base.problem.stretches]), axis=0)
     if at_bound(fit) or not consistent(base, fit):
         return False
-    return bool(np.sum(after / spread) < (1.0 - WORTH) ** 2 * np.sum(before / spread))
+    return free_running_misfit(fit) < (1.0 - WORTH) ** 2 * free_running_misfit(base)
 
 
 def at_bound(fitted: Fitted) -> bool:

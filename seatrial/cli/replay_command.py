@@ -31,9 +31,9 @@ def command(
 
     Example:
 
-        seatrial replay trial.mcap --port /tmp/gps
+        seatrial replay trial.mcap --port ./gps
 
-        seatrial capture --port /tmp/gps --baud 115200 --out again.mcap
+        seatrial capture --port ./gps --baud 115200 --out again.mcap
     """
     from ingest.errors import UsageError
     from seatrial.cli.capture_lines import stop_on_signals

@@ -44,7 +44,7 @@ def command(
     --------
         seatrial run trials/2026-05-12
 
-        seatrial run campaign.toml --model modulus --out /tmp/modulus --json
+        seatrial run campaign.toml --model modulus --out modulus --json
     """
     from seatrial.campaign import load_campaign, with_options
     from seatrial.cli.stage_lines import StageLines
