@@ -24,9 +24,12 @@ Options that the conversion to a trial understands:
 ``satellites``
     Column with the number of satellites.
 ``hdop``
-    Column with the horizontal dilution, times ``hdop_scale`` (default 1).
+    Column with the horizontal dilution, times ``hdop_scale`` (default 1). Beyond ``WORST_HDOP`` a sample is bad.
 ``accuracy``
-    Column with the standard deviation, times ``accuracy_scale`` (default 1), in SI.
+    Column with the standard deviation, to the power ``accuracy_power`` (default 1; ½ for a variance), times
+    ``accuracy_scale`` (default 1), in SI; see :func:`stated_sigma`.
+``fixes``
+    {code of ``quality``: usual error of a position of that kind, m}: orders sources, and is no measurement.
 ``speed_unit``
     Unit of a speed beside an angle.
 ``frame``
@@ -59,6 +62,12 @@ from ingest.log import SOURCE, Source
 MAY_BE_ZERO = frozenset({"rudder", "propeller"})
 #: Options that name a column.
 COLUMNS = ("quality", "satellites", "hdop", "accuracy", "time")
+#: A dilution beyond this is rated poor by every receiver's handbook: no position to steer by.
+WORST_HDOP = 20.0
+#: Fewer satellites give no fix at all.
+FEWEST_SATELLITES = 3
+#: Error of a plain fix, m, and of a velocity, m/s: a source that is as good gets nothing for its precision.
+PLAIN: Mapping[str, float] = {"position": 2.5, "velocity": 0.1}
 
 
 @dataclass(frozen=True)
@@ -126,7 +135,7 @@ def known(rule: Rule, rows: pd.DataFrame) -> dict[str, object]:
     """Give the options of a rule, without those that name a column that is not there or says nothing."""
     silent = [k for k in COLUMNS if k in rule.options and not telling(k, rule.options[k], rows)]
     companions = {
-        name for k in silent for name in (k, f"{k}_scale", f"{k}_unit", f"{k}_min", f"{k}_max", f"{k}_in")
+        f"{k}{suffix}" for k in silent for suffix in ("", "_scale", "_power", "_unit", "_min", "_max", "_in")
     }
     return {k: v for k, v in rule.options.items() if k not in companions}
 
@@ -163,7 +172,65 @@ def graded(rule: Rule, rows: pd.DataFrame, span: int) -> float | None:
     t = rows.index.to_numpy()[good]
     covered = int(t[-1]) - int(t[0])
     rate = 1e9 * (count - 1) / max(covered, 1)
-    return rule.rank + 3.0 * covered / max(span, 1) + 3.0 * count / len(rows) + min(rate, 100.0) * 0.03
+    even = 3.0 * covered / max(span, 1) + 3.0 * count / len(rows) + min(rate, 100.0) * 0.03
+    return rule.rank + even + precision(rule, rows[good] if count < len(rows) else rows)
+
+
+def precision(rule: Rule, rows: pd.DataFrame) -> float:
+    """What a receiver's own word on its precision adds to a rank: 2 for each power of ten, −2 to 4."""
+    plain = PLAIN.get(rule.quantity)
+    if plain is None:
+        return 0.0
+    stated = stated_sigma(rule.options, rows)
+    error = usual_error(rule.options, rows) if stated is None else stated
+    known = error[np.isfinite(error) & (error > 0.0)]
+    return float(np.clip(2.0 * np.log10(plain / np.median(known)), -2.0, 4.0)) if len(known) else 0.0
+
+
+def stated_sigma(options: Mapping[str, object], rows: pd.DataFrame) -> NDArray[np.float64] | None:
+    """Standard deviation of each sample as the sensor itself states it.
+
+    Parameters
+    ----------
+    options : mapping
+        Of a source or a rule: ``accuracy``, ``accuracy_scale`` and ``accuracy_power``.
+    rows : DataFrame
+        The samples.
+
+    Returns
+    -------
+    (n,) float or None
+        In SI units of the quantity (m, m/s, rad), NaN where a sample states none; None where the source has no
+        accuracy.
+    """
+    if options.get("accuracy") not in rows.columns:
+        return None
+    scale = float(str(options.get("accuracy_scale", 1.0)))
+    power = float(str(options.get("accuracy_power", 1.0)))
+    stated = pd.to_numeric(rows[options["accuracy"]], errors="coerce").to_numpy(dtype=float)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(scale * np.where((stated > 0.0) & np.isfinite(stated), stated, np.nan) ** power)
+
+
+def usual_error(options: Mapping[str, object], rows: pd.DataFrame) -> NDArray[np.float64]:
+    """Error of a position that is usual for its kind of fix and its dilution; (n,) m, NaN where unknown."""
+    fixes, column = options.get("fixes"), options.get("quality")
+    if not isinstance(fixes, Mapping) or column not in rows.columns:
+        return np.full(len(rows), np.nan)
+    kind = pd.to_numeric(rows[column], errors="coerce").to_numpy(dtype=float)
+    error = np.full(len(rows), np.nan)
+    for code, usual in fixes.items():
+        error[kind == float(code)] = float(usual)
+    hdop = dilution(options, rows)
+    return error if hdop is None else error * np.where(hdop > 0.0, np.maximum(hdop, 0.5), 1.0)
+
+
+def dilution(options: Mapping[str, object], rows: pd.DataFrame) -> NDArray[np.float64] | None:
+    """Horizontal dilution of each sample, (n,); None where the source has none."""
+    if options.get("hdop") not in rows.columns:
+        return None
+    values = pd.to_numeric(rows[options["hdop"]], errors="coerce").to_numpy(dtype=float)
+    return np.asarray(values * float(str(options.get("hdop_scale", 1.0))))
 
 
 def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
@@ -182,8 +249,18 @@ def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def quality_mask(options: Mapping[str, object], rows: pd.DataFrame) -> NDArray[np.bool_]:
-    """Find samples whose quality passes ``quality_min``, ``quality_max``, ``quality_in``; (n,) bool."""
+    """Find samples that the receiver itself does not call bad; (n,) bool.
+
+    Their ``quality`` passes ``quality_min``, ``quality_max``, ``quality_in``; their dilution is no worse than
+    ``WORST_HDOP``, and there are not too few satellites for a fix (zero is what those write who do not count).
+    """
     good = np.ones(len(rows), dtype=bool)
+    hdop = dilution(options, rows)
+    if hdop is not None:
+        good &= ~(hdop > WORST_HDOP)
+    if options.get("satellites") in rows.columns:
+        count = pd.to_numeric(rows[options["satellites"]], errors="coerce").to_numpy(dtype=float)
+        good &= ~((count > 0) & (count < FEWEST_SATELLITES))
     column = options.get("quality")
     if column not in rows.columns:
         return good

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import lzma
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ import ingest.readers
 from ingest import MissingLog, UnreadableLog, read_log
 from ingest.clock import continue_clock, duplicates, gaps, mended, timing_findings
 from ingest.container import open_contents
-from ingest.detect import Rule, detect
+from ingest.detect import Rule, detect, quality_mask, stated_sigma
 from ingest.errors import UsageError
 from ingest.gps_time import gps_to_utc_ns, leap_seconds
 from ingest.log import Finding
@@ -348,6 +349,42 @@ def test_a_direct_measurement_beats_a_filter():
     filtered = Rule("position", "POS", {"latitude": "lat", "longitude": "lon"}, "deg", rank=40)
     sources = detect([filtered, POSITION], {"POS": gps(200), "GPS": gps(20)})
     assert [s.topic for s in sources] == ["GPS", "POS"]
+
+
+def test_the_more_precise_of_two_receivers_is_chosen():
+    rule = replace(POSITION, options={**POSITION.options, "fixes": {3: 2.5, 4: 0.02}})
+    plain, fixed = (
+        gps(fix=np.full(20, 3), hdop=np.full(20, 90)),
+        gps(fix=np.full(20, 4), hdop=np.full(20, 90)),
+    )
+    sources = detect([rule], {"GPS": plain, "GPS[1]": fixed})
+    assert [s.topic for s in sources] == ["GPS[1]", "GPS"]
+    assert sources[0].rank - sources[1].rank == pytest.approx(4.0, abs=0.3)
+
+
+def test_a_stated_accuracy_orders_receivers_and_is_a_sigma():
+    rule = replace(POSITION, options={"accuracy": "var", "accuracy_power": 0.5, "accuracy_scale": 10.0})
+    good, poor = gps(var=np.full(20, 1e-6)), gps(var=np.r_[0.0, -1.0, np.nan, np.full(17, 4.0)])
+    first, second = detect([rule], {"GPS": poor, "GPS[1]": good})
+    assert (first.topic, second.topic) == ("GPS[1]", "GPS")
+    sigma = stated_sigma(second.options, poor)
+    assert np.isnan(sigma[:3]).all() and sigma[3:].tolist() == [20.0] * 17
+    assert stated_sigma(detect([rule], {"GPS": gps()})[0].options, gps()) is None
+    assert "accuracy_power" not in detect([rule], {"GPS": gps(var=np.zeros(20))})[0].options
+
+
+def test_precision_never_lifts_a_filter_above_a_measurement():
+    filtered = Rule(
+        "position", "POS", {"latitude": "lat", "longitude": "lon"}, "deg", 40, {"accuracy": "acc"}
+    )
+    rule = replace(POSITION, options={"accuracy": "acc"})
+    tables = {"POS": gps(acc=np.full(20, 1e-6)), "GPS": gps(acc=np.full(20, 1e3))}
+    assert [s.topic for s in detect([filtered, rule], tables)] == ["GPS", "POS"]
+
+
+def test_what_the_receiver_calls_bad_is_masked():
+    rows = gps(6, fix=[4, 4, 4, 4, 1, 4], sats=[9, 2, 0, 9, 9, 9], hdop=[90, 90, 90, 9999, 90, np.nan])
+    assert quality_mask(POSITION.options, rows).tolist() == [True, False, True, False, False, True]
 
 
 # --- all readers

@@ -15,6 +15,7 @@ from pynmeagps import NMEAReader
 from pyubx2 import GET, UBXMessage, UBXReader
 
 from ingest import UnreadableLog, read_log
+from ingest.detect import quality_mask, stated_sigma
 from ingest.marine import READERS
 from ingest.marine.rules import sources_of
 from ingest.marine.scan import NMEA, RTCM3, UBX, scan
@@ -117,6 +118,38 @@ def test_quantities():
     wind = next(s for s in sources if s.topic == "MWV")
     assert wind.options["speed_unit"] == "km/h"
     assert tables["MWV"]["relative"].tolist() == [True, False] * 3
+
+
+def test_errors_stand_beside_the_fix_and_modes_tell_measurements():
+    raw = b"".join(
+        s
+        for i in range(20)
+        for s in [*epoch(40_000 + i / 5), nmea(f"GNGST,{clock(40_000 + i / 5)},1,,,,0.3,0.4,0.9")]
+    )
+    stream = decode_stream(raw + nmea(f"GNRMC,{clock(40_010)},A,6010.0,N,01020.0,W,4.2,1.0,010624,4.7,E,E,S"))
+    gga = next(s for s in sources_of(stream.tables) if s.topic == "GGA")
+    sigma = stated_sigma(gga.options, stream.tables["GGA"])
+    np.testing.assert_allclose(sigma, np.sqrt((0.09 + 0.16) / 2))
+    rmc = next(s for s in sources_of(stream.tables) if (s.topic, s.quantity) == ("RMC", "position"))
+    assert quality_mask(rmc.options, stream.tables["RMC"]).tolist() == [True] * 20 + [False]
+    assert np.isnan(stated_sigma(rmc.options, stream.tables["RMC"])[-1])
+    modes = ["NN", "AN", "RR", "EE", "NE"]
+    raw = b"".join(nmea(f"GNGNS,{clock(i)},6010.0,N,01020.0,E,{m},9,0.9,1,1,,") for i, m in enumerate(modes))
+    assert decode_stream(raw).tables["GNS"]["good"].tolist() == [0, 1, 1, 0, 0]
+
+
+def test_the_noise_of_a_velocity_comes_through():
+    rng = np.random.default_rng(4)
+    speed = 5.0 + 0.1 * rng.standard_normal(2000)
+    sentences = (
+        s for i, v in enumerate(speed)
+        for s in (nmea(f"GNRMC,{clock(i / 10)},A,6010.0,N,01020.0,W,,,010624,,,R,S"),
+                  nmea(f"GPVTG,0.00,T,,M,{v / 1852 * 3600:.3f},N,,K,D"))
+    )  # fmt: skip
+    table = decode_stream(b"".join(sentences)).tables["VTG"]
+    assert np.diff(table.index).tolist() == [100_000_000] * 1999
+    np.testing.assert_allclose(table["sogn"] * 1852 / 3600, speed, atol=0.0003)
+    assert np.std(np.diff(table["sogn"] * 1852 / 3600, 3)) / np.sqrt(20) == pytest.approx(0.1, rel=0.08)
 
 
 def test_talkers_of_one_receiver_are_one_device_and_others_are_not():

@@ -30,6 +30,7 @@ from reader_checks import check_reader, log_of
 from ingest import read_log
 from ingest.errors import UsageError
 from ingest.mavlink import READERS
+from ingest.mavlink.dataflash_rules import with_accuracy
 from ingest.mavlink.dialect import dialect_names, load_dialect
 from ingest.mavlink.stream import LiveStream, decode_stream
 from ingest.reader import ReadOptions
@@ -122,6 +123,37 @@ def test_tlog_sources_and_units(tmp_path):
     assert log.units["BATTERY_STATUS", "voltages[3]"] == "mV"
     assert log.tables["GPS_RAW_INT"]["epv"].isna().all()
     assert log.utc_ns == START_US * 1000
+
+
+def test_wind_as_a_velocity_of_the_air(tmp_path):
+    mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    winds = [(-3.0, 0.0), (0.0, 2.0), (1.0, 1.0)] * 5
+    frames = [
+        dialect.MAVLink_wind_cov_message(i, n, e, 0, 0, 0, 0, 0.5, 0).pack(mav)
+        for i, (n, e) in enumerate(winds)
+    ]
+    path = tmp_path / "a.tlog"
+    path.write_bytes(
+        b"".join(struct.pack(">Q", START_US + i * 1000) + bytes(f) for i, f in enumerate(frames))
+    )
+    log = read_log(path)
+    (wind,) = log.sources
+    table = log.tables["WIND_COV"]
+    assert (wind.quantity, wind.unit, wind.options["reference"]) == ("wind", "deg", "true")
+    assert table[wind.fields["direction"]].tolist()[:3] == pytest.approx([0.0, 270.0, 225.0])
+    assert table[wind.fields["speed"]].tolist()[:3] == pytest.approx([3.0, 2.0, np.sqrt(2)])
+
+
+def test_dataflash_accuracies_stand_beside_the_fix():
+    def at(t, **columns):
+        return pd.DataFrame(columns, index=pd.Index(t, name="t_ns"))
+
+    tables = with_accuracy({
+        "GPS": at([10, 20, 30], Lat=[1.0, 2.0, 3.0]), "GPA": at([10, 30, 30], HAcc=[0.5, 0.7, 9.0], VDop=[1, 1, 1]),
+        "GPS[1]": at([10], Lat=[1.0]),
+    })  # fmt: skip
+    np.testing.assert_array_equal(tables["GPS"]["HAcc"], [0.5, np.nan, 0.7])
+    assert list(tables["GPS[1]"].columns) == ["Lat"]
 
 
 def test_tlog_prefers_the_autopilot_component(tmp_path):

@@ -7,20 +7,22 @@ Where one device reports several rudders or engines, each is also a table of its
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from ingest.detect import Rule, detect
+from ingest.detect import Rule, detect, precision
 from ingest.log import SOURCE, Source
 
 LATITUDE_LONGITUDE = {"latitude": "latitude", "longitude": "longitude"}
+#: Usual errors, m, of the methods of a fix: plain, differential, precise, RTK fixed, RTK float, simulated.
+USUAL_ERRORS: Mapping[int, float] = {1: 2.5, 2: 1.0, 3: 1.0, 4: 0.02, 5: 0.3, 8: 2.5}
 RULES = (
     Rule("position", "positionRapidUpdate", LATITUDE_LONGITUDE, "deg", 50),
     Rule("position", "gnssPositionData", LATITUDE_LONGITUDE, "deg", 48,
-         {"quality": "method", "quality_in": (1, 2, 3, 4, 5), "satellites": "numberOfSvs", "hdop": "hdop"}),
+         {"quality": "method", "quality_in": tuple(USUAL_ERRORS), "satellites": "numberOfSvs", "hdop": "hdop"}),
     Rule("heading", "vesselHeading", {"value": "heading"}, "rad", 55,
          {"quality": "reference", "quality_in": (0,)}),
     Rule("heading", "vesselHeading", {"value": "heading"}, "rad", 45,
@@ -52,9 +54,21 @@ UNSAID = 8.0
 
 def sources(tables: Mapping[str, pd.DataFrame]) -> tuple[Source, ...]:
     """Where each quantity can be taken from, best first within each quantity."""
-    plain = list(detect(RULES, tables))
+    plain = list(precise(detect(RULES, tables), tables))
     found = [*plain, *without_reference(tables, plain), *actuators(tables)]
     return tuple(sorted(found, key=lambda s: -s.rank))
+
+
+def precise(found: Iterable[Source], tables: Mapping[str, pd.DataFrame]) -> Iterator[Source]:
+    """The sources, all positions of a device ranked by the kind of fix that its detailed message states."""
+    table = tables.get("gnssPositionData")
+    kinds = Rule("position", "", {}, "deg", 0, {"quality": "method", "fixes": USUAL_ERRORS, "hdop": "hdop"})
+    for source in found:
+        if source.quantity != "position" or table is None:
+            yield source
+            continue
+        rows = table[table[SOURCE] == source.device]
+        yield replace(source, rank=source.rank + (precision(kinds, rows) if len(rows) else 0.0))
 
 
 def without_reference(tables: Mapping[str, pd.DataFrame], known: list[Source]) -> Iterator[Source]:

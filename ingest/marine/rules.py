@@ -11,7 +11,10 @@ from ingest.log import Source
 if TYPE_CHECKING:
     import pandas as pd
 
-_FIX = {"quality": "quality", "quality_in": (1, 2, 3, 4, 5, 9), "satellites": "numSV", "hdop": "HDOP"}
+#: Usual errors, m, of GGA's qualities: plain, differential, precise, RTK fixed, RTK float, simulated, by SBAS.
+USUAL_ERRORS: Mapping[int, float] = {1: 2.5, 2: 1.0, 3: 1.0, 4: 0.02, 5: 0.3, 8: 2.5, 9: 1.0}
+_FIX = {"quality": "quality", "quality_in": tuple(USUAL_ERRORS), "satellites": "numSV", "hdop": "HDOP",
+        "fixes": USUAL_ERRORS, "accuracy": "accuracy"}  # fmt: skip
 _GOOD = {"quality": "good", "quality_min": 1}
 _TIME = {"time": "time", "time_unit": "s"}
 _LATLON = {"latitude": "lat", "longitude": "lon"}
@@ -21,13 +24,15 @@ _MM = {"accuracy": "hAcc", "accuracy_scale": 1e-3}
 #: Ranks: 60 and more for fixes and headings of the better kinds, 50 plain, 30 derived, 20 poor.
 RULES: tuple[Rule, ...] = (
     Rule("position", "GGA", _LATLON, "deg", 55, {**_FIX, **_TIME}),
-    Rule("position", "GNS", _LATLON, "deg", 53, {"satellites": "numSV", "hdop": "HDOP", **_TIME}),
-    Rule("position", "RMC", _LATLON, "deg", 50, {**_GOOD, **_TIME}),
+    Rule("position", "GNS", _LATLON, "deg", 53,
+         {"satellites": "numSV", "hdop": "HDOP", "accuracy": "accuracy", **_GOOD, **_TIME}),
+    Rule("position", "RMC", _LATLON, "deg", 50, {**_GOOD, **_TIME, "accuracy": "accuracy"}),
     Rule("position", "GLL", _LATLON, "deg", 45, {**_GOOD, **_TIME}),
     Rule("position", "PTNLGGK", _LATLON, "deg", 55, {"quality": "gpsQual", "quality_min": 1}),
     Rule("position", "PUBX00", _LATLON, "deg", 50, {"hdop": "HDOP"}),
     Rule("position", "PASHRPOS", _LATLON, "deg", 50, {"hdop": "HDOP"}),
-    Rule("position", "VNINS", {"latitude": "latitude", "longitude": "longitude"}, "deg", 50),
+    Rule("position", "VNINS", {"latitude": "latitude", "longitude": "longitude"}, "deg", 50,
+         {"accuracy": "posUncertainty"}),
     Rule("position", "VNGPS", {"latitude": "latitude", "longitude": "longitude"}, "deg", 50,
          {"quality": "gpsFix", "quality_min": 2}),
     Rule("position", "NAV2?-HPPOSLLH", _LATLON, "deg", 60, {"quality": "invalidLlh", "quality_max": 0,
@@ -61,7 +66,7 @@ RULES: tuple[Rule, ...] = (
     Rule("velocity", "NAV2?-VELNED", {"north": "velN", "east": "velE"}, "cm/s", 55,
          {"accuracy": "sAcc", "accuracy_scale": 1e-2}),
     Rule("velocity", "VNINS|VNGPS", {"north": "velN", "east": "velE"}, "m/s", 55),
-    Rule("velocity", "VTG", {"speed": "sogn", "course": "cogt"}, "deg", 50, {"speed_unit": "kn"}),
+    Rule("velocity", "VTG", {"speed": "sogn", "course": "cogt"}, "deg", 50, {"speed_unit": "kn", **_GOOD}),
     Rule("velocity", "RMC", {"speed": "spd", "course": "cog"}, "deg", 48, {"speed_unit": "kn", **_GOOD,
         **_TIME}),
     Rule("velocity", "VBW", {"forward": "longgroundspd", "starboard": "transgroundspd"}, "kn", 45),
@@ -89,7 +94,7 @@ _NMEA_UNITS: Mapping[str, str] = {
     "rot": "deg/min",
     "rpm": "rpm", "pitch": "deg", "alt": "m", "sep": "m", "depthm": "m", "depth": "m", "offset": "m",
     "time": "s",
-    "utctime": "s", "diffAge": "s", "stdLat": "m", "stdLong": "m", "stdAlt": "m", "heave": "m",
+    "utctime": "s", "diffAge": "s", "stdLat": "m", "stdLong": "m", "stdAlt": "m", "accuracy": "m", "heave": "m",
 }  # fmt: skip
 _VN_UNITS: Mapping[str, str] = {
     **{f"gyro{a}": "rad/s" for a in "XYZ"}, **{f"accel{a}": "m/s/s" for a in "XYZ"},

@@ -15,6 +15,9 @@ from ingest.marine.definitions import GNSS_TALKERS, INSTANCE, WITH_SUBTYPE, Sent
 from ingest.marine.scan import NMEA_UNCHECKED, Bytes, Records
 
 Integers = NDArray[np.int64]
+#: Position modes that are measurements (or simulate them); the others are estimated, set by hand, or none. One
+#: letter per satellite system in ``GNS``.
+MEASURED = frozenset("ADFPRS")
 DAY_NS, SECOND = 86_400_000_000_000, 1_000_000_000
 
 
@@ -249,12 +252,16 @@ def _instances(table: pd.DataFrame) -> Integers | int:
 
 def _good(table: pd.DataFrame) -> NDArray[np.float64] | None:
     """1 where the sentence says that its data are valid, 0 where not; None where it says nothing."""
-    flags = [(c, "A") for c in ("status", "valid", "mi") if c in table]
-    if not flags:
+    flags = [c for c in ("status", "valid", "mi") if c in table]
+    if not flags and "posMode" not in table:
         return None
-    good = np.logical_and.reduce([(table[c] == a).to_numpy(bool) for c, a in flags])
+    good = np.logical_and.reduce(
+        [(table[c] == "A").to_numpy(bool) for c in flags] or [np.ones(len(table), bool)]
+    )
     if "posMode" in table:
-        good &= ~table["posMode"].isin(["N", "E", "S", "M"]).to_numpy(bool)
+        modes = table["posMode"].astype("category")
+        bad = [m for m in modes.cat.categories if not set(str(m)) & MEASURED]
+        good &= ~modes.isin(bad).to_numpy(bool)
     return np.asarray(good, float)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ingest.log import Finding
+from ingest.marine.accuracy import with_accuracy
 from ingest.marine.epochs import timeline
 from ingest.marine.rules import units_of
 from ingest.marine.scan import RTCM3, Bytes, Records, scan
@@ -81,6 +82,7 @@ def decode_stream(
     for topic, (table, record) in decoded.items():
         if topics is None or topic in topics:
             tables[topic] = table.set_axis(pd.Index(line.ns[record], dtype="int64", name="t_ns"), axis=0)
+    tables = with_accuracy(tables)
     damage, bad = damage_findings(array, records)
     return Stream(
         tables=tables,

@@ -41,7 +41,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.dataflash_clock import utc_of_zero
     from ingest.mavlink.dataflash_records import scan
-    from ingest.mavlink.dataflash_rules import RULES
+    from ingest.mavlink.dataflash_rules import RULES, with_accuracy
 
     records = scan(data)
     formats = formats_in(data, records)
@@ -54,7 +54,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     mended_t, restarts = continue_clock(mended_t)
     t_ns = carried(t_ns, timed, mended_t)
     formats = meant(data, records, formats)
-    tables = decode(data, records, t_ns, formats, options.topics)
+    tables = with_accuracy(decode(data, records, t_ns, formats, options.topics))
     utc, utc_findings = utc_of_zero(tables)
     offset, length = uncovered(records.start, records.start + records.length, len(data))
     return Decoded(
@@ -161,13 +161,16 @@ def decode(
     topics: Collection[str] | None,
 ) -> dict[str, pd.DataFrame]:
     """One table per name and instance: ``GPS``, and ``GPS[1]`` for the next instance."""
+    from ingest.mavlink.wind import with_wind
+
     tables: dict[str, pd.DataFrame] = {}
     for layout, rows in by_format(records, formats):
         if topics is not None and not wanted(layout.name, topics):
             continue
         for topic, number, which in by_instance(data, records.start, rows, layout):
             bodies = rows_of(data, records.start[which], layout.dtype)
-            tables[topic] = joined(tables.get(topic), table_of(layout, bodies, t_ns[which], number))
+            part = with_wind(topic, table_of(layout, bodies, t_ns[which], number))
+            tables[topic] = joined(tables.get(topic), part)
     return tables
 
 

@@ -35,8 +35,9 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     from ingest.mavlink.damage import damage_findings
     from ingest.mavlink.dataflash import units, wanted
     from ingest.mavlink.dataflash_clock import utc_of_zero
-    from ingest.mavlink.dataflash_rules import RULES
+    from ingest.mavlink.dataflash_rules import RULES, with_accuracy
     from ingest.mavlink.text_lines import find_lines
+    from ingest.mavlink.wind import with_wind
 
     lines = find_lines(data)
     groups = grouped(data, lines)
@@ -50,13 +51,14 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     formats = meant(whole, formats)
     times = timeline(whole, groups, formats, len(lines))
     tables = {
-        topic: table
+        topic: with_wind(topic, table)
         for name, frame in whole.items()
         if options.topics is None or wanted(name, options.topics)
         for topic, table in by_instance(formats[name], with_time(frame, times)).items()
     }
     if not any(len(t) for t in whole.values()):
         raise ValueError("no line that fits its FMT line")
+    tables = with_accuracy(tables)
     utc, clock = utc_of_zero(tables)
     bad = ~good & (lines["end"] > lines["start"])
     start, end = lines["start"][bad], lines["end"][bad]

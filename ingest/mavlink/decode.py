@@ -13,6 +13,7 @@ from ingest.log import SOURCE, Finding
 from ingest.mavlink.columns import grouped, spread, spread_names, table, without
 from ingest.mavlink.dialect import Dialect, MessageType
 from ingest.mavlink.frames import Frames, gather_payloads
+from ingest.mavlink.wind import with_wind
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ def decode_frames(
     for kind, rows in grouped(timed.frames.kind):
         if kind < 0 or (topics is not None and dialect.types[kind].name not in topics):
             continue
-        tables[dialect.types[kind].name] = decode_type(timed, dialect.types[kind], rows)
+        name = dialect.types[kind].name
+        tables[name] = with_wind(name, decode_type(timed, dialect.types[kind], rows))
     return tables
 
 

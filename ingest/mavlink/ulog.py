@@ -148,6 +148,7 @@ def decode(
 ) -> dict[str, pd.DataFrame]:
     """One table per topic and instance: ``sensor_gps``, ``sensor_gps[1]``."""
     from ingest.mavlink.ulog_rules import with_heading
+    from ingest.mavlink.wind import with_wind
 
     identity = scan.records["identity"][rows]
     order = np.argsort(identity, kind="stable")
@@ -160,7 +161,7 @@ def decode(
         if topics is not None and topic not in topics:
             continue
         table = table_of(data, s, scan.records["start"][rows[which]], t_ns[which], s.name in several)
-        tables[topic] = with_heading(topic, joined(tables.get(topic), table))
+        tables[topic] = with_wind(topic, with_heading(topic, joined(tables.get(topic), table)))
     return tables
 
 

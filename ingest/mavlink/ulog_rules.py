@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ingest.detect import Rule
+from ingest.mavlink.mavlink_rules import USUAL_ERRORS
 
 INSTANCE = r"(\[\d+\])?"
 GPS = rf"(vehicle_gps_position|sensor_gps){INSTANCE}"
@@ -19,8 +20,11 @@ GPS_OPTIONS: Mapping[str, object] = {
     "accuracy": "eph",
     "time": "time_utc_usec",
     "time_unit": "us",
+    "fixes": USUAL_ERRORS,
 }
 FIX: Mapping[str, object] = {"quality": "fix_type", "quality_min": 2}
+SPEED_FIX: Mapping[str, object] = {**FIX, "accuracy": "s_variance_m_s"}
+WIND: Mapping[str, object] = {"speed_unit": "m/s", "reference": "true"}
 DOWN: Mapping[str, object] = {"quality": "orientation", "quality_in": (25,)}
 
 RULES: tuple[Rule, ...] = (
@@ -34,10 +38,12 @@ RULES: tuple[Rule, ...] = (
     Rule("yaw_rate", f"vehicle_angular_velocity{INSTANCE}", {"value": "xyz[2]"}, "rad/s", 50),
     Rule("yaw_rate", f"vehicle_attitude{INSTANCE}", {"value": "yawspeed"}, "rad/s", 48),
     Rule("yaw_rate", f"sensor_combined{INSTANCE}", {"value": "gyro_rad[2]"}, "rad/s", 45),
-    Rule("velocity", GPS, {"north": "vel_n_m_s", "east": "vel_e_m_s"}, "m/s", 50, FIX),
+    Rule("velocity", GPS, {"north": "vel_n_m_s", "east": "vel_e_m_s"}, "m/s", 50, SPEED_FIX),
     Rule("velocity", "vehicle_local_position", {"north": "vx", "east": "vy"}, "m/s", 40),
+    Rule("wind", f"(wind|wind_estimate){INSTANCE}", {"speed": "wind_speed", "direction": "wind_from_deg"}, "deg", 40,
+         WIND),
     Rule("depth", f"distance_sensor{INSTANCE}", {"value": "current_distance"}, "m", 40, DOWN),
-)
+)  # fmt: skip
 
 
 def with_heading(topic: str, table: pd.DataFrame) -> pd.DataFrame:

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _ENU: Mapping[str, object] = {"frame": "enu"}
+#: Usual errors, m, of NavSatStatus: plain, by satellites' corrections, by a ground station's.
+USUAL_ERRORS: Mapping[int, float] = {0: 2.5, 1: 1.0, 2: 0.1}
 _LATLON = {"latitude": "latitude", "longitude": "longitude"}
 #: Frames whose axes turn with the vessel.
 _BODY_FRAMES = ("base", "body", "imu", "fcu", "hull", "ship", "vessel", "boat", "usv")
@@ -25,14 +27,22 @@ def rules_for(schema: str, topic: str, table: pd.DataFrame) -> list[Rule]:
 
 
 def _fix(topic: str, table: pd.DataFrame) -> list[Rule]:
-    quality = {"quality": "status.status", "quality_min": 0} if "status.status" in table else {}
-    return [Rule("position", topic, _LATLON, "deg", 55, quality)]
+    options: dict[str, object] = dict(_variance("position_covariance[0]"))
+    if "status.status" in table:
+        options |= {"quality": "status.status", "quality_min": 0, "fixes": USUAL_ERRORS}
+    return [Rule("position", topic, _LATLON, "deg", 55, options)]
+
+
+def _variance(column: str) -> dict[str, object]:
+    """Options of a sensor that states the variance of its values in a column; zeros and negative ones say nothing."""
+    return {"accuracy": column, "accuracy_power": 0.5}
 
 
 def _imu(topic: str, table: pd.DataFrame) -> list[Rule]:
+    yaw, rate = _variance("orientation_covariance[8]"), _variance("angular_velocity_covariance[8]")
     return [
-        Rule("heading", topic, {"value": "yaw"}, "rad", 50, _ENU),
-        Rule("yaw_rate", topic, {"value": "angular_velocity.z"}, "rad/s", 55, _ENU),
+        Rule("heading", topic, {"value": "yaw"}, "rad", 50, {**_ENU, **yaw}),
+        Rule("yaw_rate", topic, {"value": "angular_velocity.z"}, "rad/s", 55, {**_ENU, **rate}),
     ]
 
 
