@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from identify.effects import EFFECTS
+from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
+from validate.judgement import INDISTINCT
 from validate.loop import Outcome
+
+#: What is said where no manoeuvre would set two causes apart.
+NOTHING_SAILED = "no standard manoeuvre would; look at the vessel."
 
 _CHECK = {e.name: e.check for e in EFFECTS}
 
@@ -19,13 +24,12 @@ def advice_for(
     materiality: float,
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
-    del outcome
     parts = [f"{t.fitted.name}: {_CHECK.get(t.fitted.name, '')}" for t in taken]
     for t in taken:
         if t.look_alikes:
             others = ", ".join(t.look_alikes)
             parts.append(
-                f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t)}"
+                f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t, outcome)}"
             )
     if verdict is Verdict.UNEXPLAINED:
         worst = max(left, key=lambda c: left[c])
@@ -39,6 +43,10 @@ def advice_for(
     return " ".join(parts)
 
 
-def _decide(t: TakenEffect) -> str:
+def _decide(t: TakenEffect, outcome: Outcome) -> str:
+    """The manoeuvre that would tell them apart, and what to look at on the vessel."""
+    rivals = [r for s in outcome.standing if s.active.effect.name == t.fitted.name for r in s.rivals]
+    sailed = deciding_manoeuvre(outcome.fitted, rivals) if rivals else None
     checks = (_CHECK.get(n.split(" (")[0], "") for n in (t.fitted.name, *t.look_alikes))
-    return " ".join(dict.fromkeys(c for c in checks if c))
+    advised = sailed.sentence + "." if sailed and sailed.separation > INDISTINCT else NOTHING_SAILED
+    return " ".join(dict.fromkeys(c for c in (advised, *checks) if c))

@@ -26,12 +26,13 @@ MOST_RIVALS = 6
 
 @dataclass(frozen=True)
 class Standing:
-    """An effect in a fit: what dropping it would cost, its p-value, and what could stand in its place."""
+    """An effect in a fit: what dropping it would cost, its p-value, and what could stand in its place (refitted)."""
 
     active: Active
     gain: float
     p_value: float
     look_alikes: tuple[str, ...]
+    rivals: tuple[Fitted, ...] = ()
 
 
 def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
@@ -93,9 +94,11 @@ def standing(fitted: Fitted, index: int) -> Standing:
     active = structure.actives[index]
     gain = loss_without(fitted, index)
     rivals = [a for a in candidates(structure.without(index)) if a.label != active.label]
-    near = [a for a in _overlapping(fitted, index, rivals, gain) if _as_good(fitted, index, a)]
+    tried = [(a, _as_good(fitted, index, a)) for a in _overlapping(fitted, index, rivals, gain)]
+    near = [(a, fit) for a, fit in tried if fit is not None]
     p_value = significance(gain, len(_effect(fitted, index)[0]), len(rivals) + 1)
-    return Standing(active, gain, p_value, tuple(dict.fromkeys(_named(a.active, active) for a in near)))
+    names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
+    return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
 
 
 def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:
@@ -149,8 +152,8 @@ def _start(fitted: Fitted, index: int, wide: Structure, moved: FloatArray, activ
     return np.array([np.clip(v, *s.parameter.bounds) for v, s in zip(p, target.slots, strict=True)])
 
 
-def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:
-    """Whether a rival, refitted in the effect's place, comes within what can be told apart."""
+def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
+    """A rival refitted in the effect's place, where it comes within what can be told apart."""
     structure = fitted.solution.structure.without(index).with_effect(rival.active)
     prior = prior_of(structure, rival.p, fitted)
     margin = INDISTINCT + 2.0 * (len(fitted.solution.p) - len(rival.p))
@@ -160,8 +163,9 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> bool:
         budget=15, target=fitted.solution.total + slack + 20.0,
     )  # fmt: skip
     if not np.isfinite(found.total):
-        return False
-    return dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
+        return None
+    near = dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
+    return Fitted(fitted.problem, prior, found) if near else None
 
 
 def _named(other: Active, active: Active) -> str:

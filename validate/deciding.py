@@ -1,0 +1,176 @@
+"""Which manoeuvre would tell two causes apart: computed by sailing the standard ones with both fitted models.
+
+The model with one cause sails; its measurements, as this vessel's own sensors would take them, are given to the model
+with the other cause, whose parameters may follow as far as the logs that there are let them. What is left of the
+misfit is what the manoeuvre is expected to add to the difference in -2 log likelihood (T-optimality: Atkinson and
+Fedorov 1975, Biometrika 62).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.base_fit import Fitted
+from identify.drive import drive
+from identify.output_error import information_of, reduce
+from identify.predict import run, shown, true_first_state
+from identify.simulate.helm import helm_for, shape_of
+from identify.simulate.order import Order
+from identify.simulate.plant import Command, Plant
+from identify.simulate.rebuild import Rebuilt
+from identify.simulate.zigzag import run_zigzag
+from identify.stretch import Samples, Stretch
+from identify.windows import Problem, cut, moments, state_precision
+from preprocess.trial import Measurement
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Courses on which every manoeuvre is tried, rad.
+COURSES = (0.0, 0.5 * math.pi)
+#: Every manoeuvre begins with a straight run and lasts so many s, longer for ships.
+RUN_IN, DURATION = 10.0, 60.0
+
+
+@dataclass(frozen=True)
+class Deciding:
+    """A manoeuvre, the course on which it begins (rad), its duration (s), and the difference that it should make.
+
+    ``separation`` is in -2 log likelihood, the least over the rivals.
+    """
+
+    manoeuvre: str
+    course: float
+    duration: float
+    separation: float
+
+    @property
+    def sentence(self) -> str:
+        """What to sail, and what it would tell."""
+        course = round(math.degrees(self.course)) % 360
+        return (
+            f"sail {self.manoeuvre} for {self.duration:.0f} s, beginning on course {course:03d}°: it is expected to "
+            f"set them {self.separation:.0f} apart in -2 log likelihood"
+        )
+
+
+def deciding_manoeuvre(taken: Fitted, rivals: Sequence[Fitted]) -> Deciding | None:
+    """The standard manoeuvre that separates a fit best from all its rivals; None where none can be sailed."""
+    found = []
+    for name, inputs, duration in _manoeuvres(taken):
+        for course in COURSES:
+            sailed = _sailed(taken, inputs, course, duration)
+            if sailed is not None:
+                least = min(_separation(taken, rival, sailed) for rival in rivals)
+                found.append(Deciding(name, course, duration, least))
+    return max(found, key=lambda d: d.separation, default=None)
+
+
+def _manoeuvres(fitted: Fitted) -> Iterator[tuple[str, Mapping[str, Measurement], float]]:
+    """Name, inputs as logged, and duration of every standard manoeuvre that the vessel can sail."""
+    structure, template = fitted.solution.structure, fitted.problem.stretches[0]
+    helm = helm_for(structure.inputs, shape_of(structure.inputs, _typical(fitted)))
+    rebuilt = Rebuilt(structure, fitted.solution.p, np.zeros((len(fitted.solution.p),) * 2))
+    speed = max(float(np.median(np.hypot(*template.states[:, 3:5].T))), 0.1)
+    plant = Plant(rebuilt, helm, speed, template.h, template.name)
+    duration = DURATION * max(1.0, math.sqrt(structure.vessel.length / 7.0))
+    for name, commands in _scripts(plant, duration):
+        t, angle, throttle = (np.array(c) for c in zip(*commands, strict=True))
+        values = helm.commands(angle, throttle)
+        yield name, {n: _as_logged(template.inputs[n], t, v) for n, v in values.items()}, duration
+
+
+def _typical(fitted: Fitted) -> dict[str, float]:
+    """Upper quartile of every input over the logs."""
+    stretches = fitted.problem.stretches
+    return {
+        n: float(np.quantile(np.concatenate([s.inputs[n].value[s.inputs[n].good] for s in stretches]), 0.75))
+        for n in stretches[0].inputs
+    }
+
+
+def _scripts(plant: Plant, duration: float) -> Iterator[tuple[str, list[Command]]]:
+    begin: list[Command] = [(-100.0, 0.0, 1.0)]
+    late = RUN_IN + 0.5 * (duration - RUN_IN)
+    if plant.helm.steers:
+        for degrees in (10.0, 20.0):
+            yield f"a zigzag {degrees:.0f}/{degrees:.0f}", begin + _zigzag(plant, degrees, duration)
+        angle = math.radians(20.0)
+        yield "circles at 20° of helm to both sides", [*begin, (RUN_IN, angle, 1.0), (late, -angle, 1.0)]
+        quick = [(RUN_IN + 3.0 * k, angle * (-1) ** k, 1.0) for k in range(int((duration - RUN_IN) / 3.0))]
+        yield "helm reversals of 20° every 3 s", begin + quick
+    yield "straight on at half throttle, then at full", [*begin, (RUN_IN, 0.0, 0.5), (late, 0.0, 1.0)]
+    yield "straight on, then coasting without thrust", [*begin, (RUN_IN, 0.0, 0.0)]
+
+
+def _zigzag(plant: Plant, degrees: float, duration: float) -> list[Command]:
+    """Helm orders of a zigzag as the fitted model sails it."""
+    angle = math.radians(degrees)
+    times = run_zigzag(plant, Order("zigzag", angle, angle, samples=0)).executes
+    return [(RUN_IN + t, angle * (-1) ** k, 1.0) for k, t in enumerate(times) if RUN_IN + t < duration]
+
+
+def _as_logged(logged: Measurement, t: FloatArray, value: FloatArray) -> Measurement:
+    """An input's orders as the log of the vessel would hold them."""
+    return replace(logged, t=t, value=value, good=np.ones(len(t), dtype=bool), held=True)
+
+
+def _sailed(
+    fitted: Fitted, inputs: Mapping[str, Measurement], course: float, duration: float
+) -> Stretch | None:
+    """What the sensors would show of a manoeuvre of the fitted model, without noise."""
+    template, structure, p = fitted.problem.stretches[0], fitted.solution.structure, fitted.solution.p
+    steps = int(duration / template.h)
+    blank = replace(
+        template, role="identify", start=0.0, steps=steps, inputs=inputs, states=np.zeros((steps + 1, 6)),
+        sigmas=np.zeros((steps + 1, 3)), wind=np.zeros((steps, 2)), samples=_cadence(fitted.problem, duration),
+    )  # fmt: skip
+    d = drive(structure, p, blank)
+    first = np.zeros(8)
+    first[2], first[3] = course, max(float(np.median(template.states[:, 3])), 0.1)
+    states = run(structure, d, blank, first)
+    if not np.isfinite(states).all():
+        return None
+    there = replace(blank, states=shown(structure, d, blank, states))
+    plain = Problem((there,), cut([there], 2 * duration).windows, np.ones(4), np.ones(4), duration)
+    unit = replace(there.samples, sigma=np.ones(len(there.samples.t)))
+    at_zero = replace(plain, stretches=(replace(there, samples=unit),))
+    now = moments(at_zero, structure, p, first[None, :])
+    return replace(there, samples=replace(there.samples, value=-now.residuals[0]))
+
+
+def _cadence(problem: Problem, duration: float) -> Samples:
+    """Samples (values zero) at the rates of the vessel's own sensors, errors counted as they are at low frequency."""
+    own = problem.stretches[0].samples
+    weight = problem.inflation * problem.dispersion
+    t, kind, sigma = [], [], []
+    for k in np.unique(own.kind):
+        mine = own.kind == k
+        times = np.arange(0.0, duration, max(float(np.median(np.diff(own.t[mine]))), 1e-3))
+        t.append(times)
+        kind.append(np.full(len(times), k))
+        sigma.append(np.full(len(times), float(np.median(own.sigma[mine])) * weight[k]))
+    columns = [np.concatenate(c) for c in (t, kind, sigma)]
+    order = np.argsort(columns[0], kind="stable")
+    times, kinds, sigmas = (c[order] for c in columns)
+    return Samples(times, kinds.astype(np.int64), np.zeros((len(times), 2)), sigmas)
+
+
+def _separation(taken: Fitted, rival: Fitted, sailed: Stretch) -> float:
+    """What a manoeuvre of the one adds to the other's -2 log likelihood, its parameters free to follow."""
+    structure, p = rival.solution.structure, rival.solution.p
+    problem = cut([sailed], taken.problem.length)
+    d = drive(structure, p, sailed)
+    first = np.array([true_first_state(structure, d, sailed.states[w.first]) for w in problem.windows])
+    now = moments(problem, structure, p, first)
+    if not np.isfinite(now.cost):
+        return math.inf
+    new = reduce(now.matrices, first, first, state_precision(structure))
+    score = new.score.sum(axis=0)
+    known = information_of(rival.solution, rival.prior) / float(np.max(rival.problem.dispersion)) ** 2
+    information = known + new.information.sum(axis=0)
+    followed = score @ np.linalg.lstsq(information, score, rcond=1e-12)[0]
+    return max(0.0, float(new.cost.sum() - followed))
