@@ -22,7 +22,7 @@ def _with(structure: Structure, name: str) -> Structure:
 def fits() -> tuple[Fitted, Fitted]:
     """A current that was met on short straight runs of one course, fitted as what it is and as an asymmetry."""
     current = Effect("current", {"speed": 0.1, "direction": 1.0})
-    ship, trials = trials_of("usv", ("straight", "zigzag10"), 40.0, 5, (current,))
+    ship, trials = trials_of("usv", ("straight", "zigzag10", "straight"), 40.0, 5, (current,))
     prepared = prepare(trials, ship.model)
     one, other = (
         fit_from_scratch(_with(prepared.structure, name), prepared.identify, rounds=1)

@@ -1,9 +1,9 @@
 """Which manoeuvre would tell two causes apart: computed by sailing the standard ones with both fitted models.
 
-The model with one cause sails; its measurements, as this vessel's own sensors would take them, are given to the model
-with the other cause, whose parameters may follow as far as the logs that there are let them. What is left of the
-misfit is what the manoeuvre is expected to add to the difference in -2 log likelihood (T-optimality: Atkinson and
-Fedorov 1975, Biometrika 62).
+The model with one cause sails; its measurements, as this vessel's own sensors would take them, are added to the logs
+that there are, and the model with the other cause is fitted to all of them. What its cost grows by is what the
+manoeuvre is expected to add to the difference in -2 log likelihood (T-optimality: Atkinson and Fedorov 1975,
+Biometrika 62).
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 
 from identify.base_fit import Fitted
 from identify.drive import drive
-from identify.output_error import information_of, reduce
+from identify.noise import dispersed_cost
+from identify.output_error import solve
 from identify.predict import run, shown, true_first_state
 from identify.simulate.helm import helm_for, shape_of
 from identify.simulate.order import Order
@@ -24,13 +25,17 @@ from identify.simulate.plant import Command, Plant
 from identify.simulate.rebuild import Rebuilt
 from identify.simulate.zigzag import run_zigzag
 from identify.stretch import Samples, Stretch
-from identify.windows import Problem, cut, moments, state_precision
+from identify.windows import Problem, cut, moments
 from preprocess.trial import Measurement
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Courses on which every manoeuvre is tried, rad.
 COURSES = (0.0, 0.5 * math.pi)
+#: Where effects act for which the course matters.
+PLACES = ("water", "air", "sensor")
+#: Steps of a refit.
+BUDGET = 6
 #: Every manoeuvre begins with a straight run and lasts so many s, longer for ships.
 RUN_IN, DURATION = 10.0, 60.0
 
@@ -60,11 +65,13 @@ class Deciding:
 def deciding_manoeuvre(taken: Fitted, rivals: Sequence[Fitted]) -> Deciding | None:
     """The standard manoeuvre that separates a fit best from all its rivals; None where none can be sailed."""
     found = []
+    of_place = any(a.effect.place in PLACES for f in (taken, *rivals) for a in f.solution.structure.actives)
+    courses = COURSES if of_place else COURSES[:1]
     for name, inputs, duration in _manoeuvres(taken):
-        for course in COURSES:
+        for course in courses:
             sailed = _sailed(taken, inputs, course, duration)
             if sailed is not None:
-                least = min(_separation(taken, rival, sailed) for rival in rivals)
+                least = min(_separation(rival, sailed) for rival in rivals)
                 found.append(Deciding(name, course, duration, least))
     return max(found, key=lambda d: d.separation, default=None)
 
@@ -143,34 +150,30 @@ def _sailed(
 
 
 def _cadence(problem: Problem, duration: float) -> Samples:
-    """Samples (values zero) at the rates of the vessel's own sensors, errors counted as they are at low frequency."""
+    """Samples (values zero) at the rates of the vessel's own sensors."""
     own = problem.stretches[0].samples
-    weight = problem.inflation * problem.dispersion
     t, kind, sigma = [], [], []
     for k in np.unique(own.kind):
         mine = own.kind == k
         times = np.arange(0.0, duration, max(float(np.median(np.diff(own.t[mine]))), 1e-3))
         t.append(times)
         kind.append(np.full(len(times), k))
-        sigma.append(np.full(len(times), float(np.median(own.sigma[mine])) * weight[k]))
+        sigma.append(np.full(len(times), float(np.median(own.sigma[mine]))))
     columns = [np.concatenate(c) for c in (t, kind, sigma)]
     order = np.argsort(columns[0], kind="stable")
     times, kinds, sigmas = (c[order] for c in columns)
     return Samples(times, kinds.astype(np.int64), np.zeros((len(times), 2)), sigmas)
 
 
-def _separation(taken: Fitted, rival: Fitted, sailed: Stretch) -> float:
-    """What a manoeuvre of the one adds to the other's -2 log likelihood, its parameters free to follow."""
+def _separation(rival: Fitted, sailed: Stretch) -> float:
+    """What a manoeuvre adds to a rival's -2 log likelihood, refitted to it and to the logs that there are."""
     structure, p = rival.solution.structure, rival.solution.p
-    problem = cut([sailed], taken.problem.length)
+    problem = cut([*rival.problem.stretches, sailed], rival.problem.length).weighted_as(rival.problem)
+    own = len(rival.problem.windows)
     d = drive(structure, p, sailed)
-    first = np.array([true_first_state(structure, d, sailed.states[w.first]) for w in problem.windows])
-    now = moments(problem, structure, p, first)
-    if not np.isfinite(now.cost):
-        return math.inf
-    new = reduce(now.matrices, first, first, state_precision(structure))
-    score = new.score.sum(axis=0)
-    known = information_of(rival.solution, rival.prior) / float(np.max(rival.problem.dispersion)) ** 2
-    information = known + new.information.sum(axis=0)
-    followed = score @ np.linalg.lstsq(information, score, rcond=1e-12)[0]
-    return max(0.0, float(new.cost.sum() - followed))
+    new = [true_first_state(structure, d, sailed.states[w.first]) for w in problem.windows[own:]]
+    first = np.vstack([rival.solution.first, *new])
+    found = solve(problem, structure, p, first, rival.prior, budget=BUDGET, tolerance=1.0)
+    if not np.isfinite(found.total):
+        return 0.0
+    return max(0.0, dispersed_cost(problem, found) - dispersed_cost(rival.problem, rival.solution))
