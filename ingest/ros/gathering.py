@@ -13,7 +13,7 @@ from ingest.detect import detect
 from ingest.log import Finding
 from ingest.reader import Decoded
 from ingest.ros.decoding import decode
-from ingest.ros.raw import RawStream, decode_raw, is_raw
+from ingest.ros.raw import RawStream, decode_raw, is_raw, repeats
 from ingest.ros.records import Batch, Channel
 from ingest.ros.rules import rules_for
 
@@ -52,9 +52,18 @@ def gather(
         cuts = np.flatnonzero(np.diff(batch.channel[order])) + 1
         for rows in np.split(order, cuts):
             channel = channels.get(int(batch.channel[rows[0]])) if len(rows) else None
-            if channel is not None and (topics is None or channel.topic in topics or is_raw(channel)):
-                _take(gathered, channel, batch, rows)
+            if channel is None or not _asked(channel, topics):
+                continue
+            if topics is None and repeats(channel, channels.values()):
+                text = "decoded from bytes that the file holds, too: read from the bytes"
+                gathered.note(Finding("note", text, topic=channel.topic, count=len(rows)))
+                continue
+            _take(gathered, channel, batch, rows)
     return gathered
+
+
+def _asked(channel: Channel, topics: frozenset[str] | None) -> bool:
+    return topics is None or channel.topic in topics or is_raw(channel)
 
 
 def _take(gathered: Gathered, channel: Channel, batch: Batch, rows: NDArray[np.int64]) -> None:
