@@ -28,6 +28,7 @@ from preprocess.run_of_log import LoggedRun
 from preprocess.smoother import smooth_chain, states
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
+from preprocess.turning import smooth_track
 
 CHANNELS = ("u", "v", "r", "du", "dv", "dr")
 CASES = (
@@ -60,7 +61,7 @@ def samples(trial: Trial, name: str):
     return m.t[m.good], m.value[m.good]
 
 
-def given(trial: Trial, made: Sampled):
+def given(trial: Trial, made: Sampled, plain: bool = False):
     """The same smoother, given the true noise levels and which samples are outliers."""
     truth = {"position": 0.02, "heading": 0.01, "yaw_rate": 0.003}
 
@@ -74,7 +75,10 @@ def given(trial: Trial, made: Sampled):
     heading = smooth_chain(
         (stream("heading", 0), stream("yaw_rate", 1)), trial.segments, wanted, trial.inputs
     )
-    track = smooth_chain((stream("position", 0),), trial.segments, wanted, trial.inputs)
+    position = (stream("position", 0),)
+    if plain:
+        return states(smooth_chain(position, trial.segments, wanted, trial.inputs), heading)
+    track = smooth_track(position, heading, trial.segments, wanted, trial.inputs, trial.segments)
     return states(track, heading)
 
 

@@ -19,6 +19,7 @@ from preprocess.judge import Judged, judge
 from preprocess.raw import Raw
 from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
 from preprocess.trial import FloatArray, Measurement, Step
+from preprocess.turning import smooth_track
 from preprocess.vessel import Vessel
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     wanted = sensor_times(judged)
     beside = widened(segments, judged)
     heading = smooth_chain(heading_streams(judged), segments, wanted, inputs, beside=beside)
-    track = smooth_chain(track_streams(judged, heading, vessel), segments, wanted, inputs, beside=beside)
+    track = smooth_track(track_streams(judged, heading, vessel), heading, segments, wanted, inputs, beside)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)

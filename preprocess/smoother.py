@@ -110,7 +110,7 @@ def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
 
 
 def clean_and_level(
-    streams: tuple[Stream, ...], segments: Segments, inputs: Mapping[str, Measurement]
+    streams: tuple[Stream, ...], segments: Segments, inputs: Mapping[str, Measurement], rounds: int = ROUNDS
 ) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
     """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands.
 
@@ -122,7 +122,7 @@ def clean_and_level(
     nothing: FloatArray = np.empty(0)
     cut, least = truncation(streams[0].value.shape[1]), least_noise(streams, segments)
     drive: Drive | None = None
-    for k in range(ROUNDS):
+    for k in range(rounds):
         assembled = assemble(streams, segments, nothing, drive)
         levels = chain_levels(streams, assembled, levels, prior, least, near=k > 1)
         if k < 2:
@@ -155,6 +155,7 @@ def smooth_chain(
     inputs: Mapping[str, Measurement] | None = None,
     q: float | None = None,
     beside: Segments | None = None,
+    rounds: int = ROUNDS,
 ) -> ChainResult:
     """Smooth one chain at the wanted times; levels that are not given are estimated.
 
@@ -169,9 +170,11 @@ def smooth_chain(
         Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
     beside : tuple of (start, end), optional
         The segments with samples just outside them, which are judged but not smoothed.
+    rounds : int
+        Of estimating levels and setting outliers aside, at most.
     """
     if q is None:
-        streams, levels, prior, drive = clean_and_level(streams, beside or segments, inputs or {})
+        streams, levels, prior, drive = clean_and_level(streams, beside or segments, inputs or {}, rounds)
     else:
         guess, prior = first_guess(streams)
         levels, drive = replace(guess, q=q), None

@@ -94,7 +94,7 @@ def test_good_samples_at_ends_are_kept(counted):
 @pytest.mark.parametrize(("vessel", "manoeuvre"), VESSELS)
 def test_the_first_and_last_states_are_as_sure_as_they_say(vessel, manoeuvre):
     error = {k: [] for k in ("x", "y", "psi", "u", "v", "r")}
-    for seed in range(4):
+    for seed in range(8):
         made = whole(vessel, manoeuvre, seed)
         s = trial_of(made, made.log).states.dropna()
         for rows in (s.iloc[:3], s.iloc[-3:]):
