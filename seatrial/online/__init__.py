@@ -1,0 +1,1 @@
+"""Identification while sailing: from decoded tables to parameters, prediction errors and warnings."""
