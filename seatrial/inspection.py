@@ -10,6 +10,7 @@ from datetime import datetime, timezone
 import numpy as np
 import pandas as pd
 
+from ingest.detect import dilution, quality_mask, stated_sigma
 from ingest.log import SOURCE, Finding, Log, Source
 
 #: Quantities that a run needs or uses, in the order in which a person asks for them.
@@ -26,6 +27,8 @@ NO_INPUT = re.compile(
     r"mode|metric|detect|has_|is_|direction$|noutputs|flags|estimat|innov|manual|rates_setpoint|attitude_setpoint",
     re.IGNORECASE,
 )
+#: Units in which an accuracy is stated.
+SI_UNIT = {"position": "m", "velocity": "m/s", "heading": "rad", "yaw_rate": "rad/s"}
 #: Intervals longer than this many mean ones are gaps.
 GAP = 5.0
 
@@ -54,7 +57,7 @@ class TopicFacts:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A signal that could serve as a quantity or an input."""
+    """A signal that could serve as a quantity or an input; ``quality`` is what the sensor itself says of it."""
 
     quantity: str
     signal: str
@@ -63,6 +66,7 @@ class Candidate:
     rate_hz: float | None
     low: float | None = None
     high: float | None = None
+    quality: str = ""
 
     @property
     def moves(self) -> bool:
@@ -167,7 +171,31 @@ def detected(log: Log, quantity: str, source: Source) -> Candidate:
     prefix = f"{source.topic}." if source.topic else ""
     names = " + ".join(f"{prefix}{f}" for f in source.fields.values())
     ends = range_of(table[next(iter(source.fields.values()))]) if len(source.fields) == 1 else (None, None)
-    return Candidate(quantity, names, source.unit, source.device, rate_of(table), *ends)
+    return Candidate(
+        quantity, names, source.unit, source.device, rate_of(table), *ends, quality=quality_of(source, table)
+    )
+
+
+def quality_of(source: Source, table: pd.DataFrame) -> str:
+    """What a sensor says of its own samples: those that it calls bad, satellites, dilution, accuracy."""
+    good = quality_mask(source.options, table)
+    parts = [] if good.all() or not len(good) else [f"{100.0 * (1.0 - good.mean()):.2g} % flagged bad"]
+    count = middle(table, source.options.get("satellites"))
+    parts += [f"{count:.0f} satellites"] if count else []
+    hdop = dilution(source.options, table)
+    parts += [f"HDOP {np.nanmedian(hdop):.2g}"] if hdop is not None and np.isfinite(hdop).any() else []
+    sigma = stated_sigma(source.options, table)
+    if sigma is not None and np.isfinite(sigma).any():
+        parts.append(f"± {np.nanmedian(sigma):.2g} {SI_UNIT.get(source.quantity, '')}".rstrip())
+    return ", ".join(parts)
+
+
+def middle(table: pd.DataFrame, column: object) -> float | None:
+    """Median of a column of numbers; None where there is none."""
+    if column not in table.columns:
+        return None
+    values = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
+    return float(np.nanmedian(values)) if np.isfinite(values).any() else None
 
 
 def input_candidates(log: Log) -> Iterator[Candidate]:

@@ -1,7 +1,8 @@
 """Importer for the Rerun viewer: opens any log that Seatrial reads, named or dropped into the window.
 
 Rerun asks every executable on the path whose name begins with ``rerun-importer-``: it is given the file and
-writes a recording to its standard output, or ends with status 66 where the file is none of its own.
+writes a recording to its standard output, or ends with status 66 where the file is none of its own. A log that a
+``campaign.toml`` in its folder names is read as that says (format, dialect, DBC file).
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not asked.file.is_file() or asked.file.suffix.lower() in NATIVE:
         return NOT_MINE
     from ingest.errors import SeatrialError
-    from ingest.open import read_log
+    from seatrial.reader_choice import ReaderChoice, chosen_for
 
     try:
-        log = read_log(asked.file)
+        log = chosen_for(asked.file, ReaderChoice()).read(asked.file)
     except SeatrialError:
         return NOT_MINE
     if not log.sources:

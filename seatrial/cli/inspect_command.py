@@ -14,25 +14,39 @@ if TYPE_CHECKING:
 def command(
     logs: Annotated[list[Path], typer.Argument(help="Logs of any known format.", metavar="LOG...")],
     format: Annotated[str | None, typer.Option(help="Format, where detection must be overruled.")] = None,
+    dialect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="Delimited text: columns, skip, delimiter, decimal, encoding; MAVLink: mavlink=common. Repeatable.",
+        ),
+    ] = None,
+    topic: Annotated[list[str] | None, typer.Option(help="Read this topic only. Repeatable.")] = None,
     dbc: Annotated[Path | None, typer.Option(help="DBC file for CAN logs.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")] = False,
 ) -> None:
     """Say what is in a log, and which signals look like position, heading, yaw rate and inputs.
+
+    A log that a campaign.toml in its folder names is read as that says, but for what is given here.
 
     Examples
     --------
         seatrial inspect 00000216.bin
 
         seatrial inspect *.nmea --json
-    """
-    from ingest import read_log
-    from seatrial.inspection import inspect_log
 
+        seatrial inspect run.dat --dialect "columns=t x y psi_deg" --dialect skip=4
+    """
+    from seatrial.inspection import inspect_log
+    from seatrial.reader_choice import ReaderChoice, chosen_for, dialect_of
+
+    asked = ReaderChoice(format, dialect_of(dialect or ()), tuple(topic) if topic else None, dbc)
     facts = []
     for path in logs:
-        facts.append(inspect_log(read_log(path, format=format, dbc=dbc)))
+        choice = chosen_for(path, asked)
+        facts.append(inspect_log(choice.read(path)))
         if not json:
-            print_facts(facts[-1])
+            print_facts(facts[-1], choice.told_by)
     if json:
         typer.echo(as_json(facts))
 
@@ -46,8 +60,8 @@ def as_json(facts: list[LogFacts]) -> str:
     return json.dumps(plain[0] if len(plain) == 1 else plain, indent=2, ensure_ascii=False)
 
 
-def print_facts(facts: LogFacts) -> None:
+def print_facts(facts: LogFacts, told_by: Path | None) -> None:
     """Facts of one log as tables that fit 80 columns."""
     from seatrial.cli.tables import inspection_tables, say
 
-    say(*inspection_tables(facts))
+    say(*inspection_tables(facts), *((f"Read as {told_by} says.",) if told_by else ()))

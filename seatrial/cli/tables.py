@@ -100,8 +100,8 @@ def candidate_row(c: Candidate, with_source: bool) -> Sequence[str]:
 
 
 def values(c: Candidate) -> str:
-    """Range and unit."""
-    return f"{span(c.low, c.high)} {c.unit}".strip()
+    """Range and unit, and below them what the sensor itself says of its quality."""
+    return "\n".join(filter(None, (f"{span(c.low, c.high)} {c.unit}".strip(), *c.quality.split(", "))))
 
 
 def missing_lines(candidates: Sequence[Candidate]) -> Iterator[str]:

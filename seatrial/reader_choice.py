@@ -1,0 +1,90 @@
+"""How a log is to be read: what the command line says, else what a campaign beside the log says of it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ingest.errors import UsageError
+from ingest.log import Log
+
+CAMPAIGN = "campaign.toml"
+#: What a dialect may say; ``mavlink`` names a dialect of MAVLink.
+KEYS = ("columns", "skip", "delimiter", "decimal", "encoding", "mavlink")
+
+
+@dataclass(frozen=True)
+class ReaderChoice:
+    """Arguments of ``read_log``; ``told_by`` is the campaign that they come from, where one does."""
+
+    format: str | None = None
+    dialect: Mapping[str, object] = field(default_factory=dict)
+    topics: tuple[str, ...] | None = None
+    dbc: Path | None = None
+    told_by: Path | None = None
+
+    def read(self, path: Path) -> Log:
+        """The log at ``path``, read as chosen."""
+        from ingest import read_log
+
+        return read_log(path, format=self.format, dialect=self.dialect, topics=self.topics, dbc=self.dbc)
+
+
+def dialect_of(pairs: Sequence[str]) -> dict[str, object]:
+    """``KEY=VALUE`` texts as a dialect.
+
+    Raises
+    ------
+    UsageError
+        For a text without ``=``, or a key that there is not.
+    """
+    out: dict[str, object] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or key.strip() not in KEYS:
+            raise UsageError(f"--dialect: expected KEY=VALUE, found '{pair}'. Keys: {', '.join(KEYS)}.")
+        out[key.strip()] = value.encode().decode("unicode_escape") if key.strip() == "delimiter" else value
+    return out
+
+
+def chosen_for(path: Path, asked: ReaderChoice) -> ReaderChoice:
+    """What was asked for, and for the rest what a ``campaign.toml`` in the log's folder says of this log."""
+    told = told_beside(path)
+    if told is None or told == ReaderChoice(told_by=told.told_by):
+        return asked
+    return replace(
+        told,
+        format=asked.format or told.format,
+        dialect={**told.dialect, **asked.dialect},
+        topics=asked.topics,
+        dbc=asked.dbc or told.dbc,
+    )
+
+
+def told_beside(path: Path) -> ReaderChoice | None:
+    """What a campaign in the folder of a log says of it; None where there is none, or none that can be read."""
+    file = path.parent / CAMPAIGN
+    try:
+        said = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    logs, can = said.get("log"), said.get("can")
+    entry = next((e for e in logs if is_of(e, file, path)), None) if isinstance(logs, list) else None
+    if entry is None:
+        return None
+    form, dialect = entry.get("format"), entry.get("dialect")
+    dbc = can.get("dbc") if isinstance(can, dict) else None
+    return ReaderChoice(
+        form if isinstance(form, str) else None,
+        dialect if isinstance(dialect, dict) else {},
+        dbc=file.parent / dbc if isinstance(dbc, str) else None,
+        told_by=file,
+    )
+
+
+def is_of(entry: object, campaign: Path, path: Path) -> bool:
+    """Whether an entry of a campaign names a log."""
+    name = entry.get("path") if isinstance(entry, dict) else None
+    return isinstance(name, str) and (campaign.parent / name).resolve() == path.resolve()

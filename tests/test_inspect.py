@@ -1,0 +1,83 @@
+"""How ``seatrial inspect`` and the Rerun importer read a log: as asked, or as a campaign beside it says."""
+
+from __future__ import annotations
+
+import json
+from functools import reduce
+
+import numpy as np
+import pytest
+
+from ingest.errors import UsageError
+from seatrial.cli.inspect_command import as_json
+from seatrial.inspection import inspect_log
+from seatrial.reader_choice import ReaderChoice, chosen_for, dialect_of
+
+ROWS = "\n".join(
+    f"{0.1 * i:.1f} {i * 0.5:.2f} {i * 0.25:.2f} {i % 360} {10 * np.sin(i / 9):.3f}" for i in range(50)
+)
+
+
+@pytest.fixture
+def log(tmp_path):
+    """Blank-separated numbers without a header, after two lines of talk."""
+    path = tmp_path / "run.dat"
+    path.write_text(f"basin 3, run 12\nby hand\n{ROWS}\n")
+    return path
+
+
+def names(facts):
+    return {f["name"] for t in json.loads(as_json([facts]))["topics"] for f in t["fields"]}
+
+
+def test_a_dialect_on_the_command_line(log):
+    dialect = dialect_of(["columns=t north east heading_deg rudder_deg", "skip=2", "delimiter= "])
+    facts = inspect_log(chosen_for(log, ReaderChoice(dialect=dialect)).read(log))
+    assert names(facts) >= {"north", "heading_deg"}
+    assert {c.quantity for c in facts.candidates} >= {"position", "heading", "input (rudder)"}
+
+
+@pytest.mark.parametrize("pair", ["skip", "colums=a b", "=3"])
+def test_a_dialect_that_there_is_not(pair):
+    with pytest.raises(UsageError, match=r"--dialect: expected KEY=VALUE.*columns"):
+        dialect_of([pair])
+
+
+def test_a_campaign_beside_the_log_says_how_to_read_it(log):
+    (log.parent / "campaign.toml").write_text(
+        '[[log]]\npath = "other.csv"\n[[log]]\npath = "run.dat"\nformat = "csv"\n'
+        'dialect = { columns = "t a b heading_deg d", skip = 2 }\n[can]\ndbc = "x.dbc"\n'
+    )
+    choice = chosen_for(log, ReaderChoice())
+    assert (choice.format, choice.dbc, choice.told_by) == (
+        "csv",
+        log.parent / "x.dbc",
+        log.parent / "campaign.toml",
+    )
+    assert names(inspect_log(choice.read(log))) >= {"a", "heading_deg"}
+    over = chosen_for(log, ReaderChoice(dialect={"columns": "t x y psi_deg delta"}))
+    assert names(inspect_log(over.read(log))) >= {"x", "psi_deg"}
+    assert chosen_for(log.parent / "third.csv", ReaderChoice()) == ReaderChoice()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[[log]", "log = 3", "[[log]]\npath = 3", '[[log]]\npath = "run.dat"\nformat = 7']
+)
+def test_a_broken_campaign_beside_the_log_is_no_obstacle(log, text):
+    (log.parent / "campaign.toml").write_text(text)
+    assert inspect_log(chosen_for(log, ReaderChoice()).read(log)).messages == 50
+
+
+def test_what_a_receiver_says_of_itself_is_shown(tmp_path):
+    def sentence(body):
+        return f"${body}*{reduce(lambda a, c: a ^ ord(c), body, 0):02X}\r\n"
+
+    lines = []
+    for i in range(40):
+        clock, quality = f"1200{i:02d}.00", "4,14,0.8" if i % 4 else "0,03,99.9"
+        lines.append(sentence(f"GPGGA,{clock},5000.{i:04d},N,00400.0000,E,{quality},1.0,M,1.0,M,,"))
+        lines.append(sentence(f"GPGST,{clock},1,,,,0.03,0.04,0.1"))
+    path = tmp_path / "fix.nmea"
+    path.write_text("".join(lines))
+    position = next(c for c in inspect_log(ReaderChoice().read(path)).candidates if c.quantity == "position")
+    assert position.quality == "25 % flagged bad, 14 satellites, HDOP 0.8, ± 0.035 m"
