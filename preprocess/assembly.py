@@ -13,11 +13,12 @@ from preprocess import frames
 from preprocess.chains import Segments, Stream
 from preprocess.clocks import clock_offsets
 from preprocess.commands import feedback_noise, judge_input
+from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said
 from preprocess.gaps import find_segments, widened
 from preprocess.judge import Judged, judge
 from preprocess.raw import Raw
-from preprocess.smoother import ChainResult, at_origin, smooth_chain, states, to_earth
+from preprocess.smoother import ChainResult, at_origin, states, to_earth
 from preprocess.trial import FloatArray, Measurement, Step
 from preprocess.turning import smooth_track
 from preprocess.vessel import Vessel
@@ -53,7 +54,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     segments = find_segments(judged, vessel)
     wanted = sensor_times(judged)
     beside = widened(segments, judged)
-    heading = smooth_chain(heading_streams(judged), segments, wanted, inputs, beside=beside)
+    speed = rough_speed(judged["position"])
+    heading = smooth_heading(heading_streams(judged), speed, segments, wanted, inputs, beside)
     track = smooth_track(track_streams(judged, heading, vessel), heading, segments, wanted, inputs, beside)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
@@ -113,6 +115,18 @@ def sensor_times(judged: Mapping[str, Judged]) -> FloatArray:
     """Distinct times of the sensors that the smoother uses, s."""
     used = [judged[k].raw.t for k in ("position", "heading", "yaw_rate", "velocity") if k in judged]
     return np.unique(np.concatenate(used))
+
+
+def rough_speed(position: Judged) -> tuple[FloatArray, FloatArray]:
+    """Speed over some ten samples of the position, robustly: times (n,) s and values (n,) m/s."""
+    from scipy.ndimage import median_filter
+
+    t, value = position.raw.t[position.good], position.raw.value[position.good]
+    span = min(5, (len(t) - 1) // 2)
+    if span < 1:
+        return np.zeros(1), np.zeros(1)
+    speed = np.hypot(*(value[2 * span :] - value[: -2 * span]).T) / (t[2 * span :] - t[: -2 * span])
+    return t[span:-span], median_filter(speed, size=11, mode="nearest")
 
 
 def _stream(j: Judged, order: int) -> Stream:

@@ -114,23 +114,24 @@ def clean_and_level(
 ) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
     """Set outliers aside and estimate the noise levels, in turns until the set of outliers stands.
 
-    The drive is adapted for the heading only: for the track it gains nothing
+    With no rounds the samples are judged already: only the process intensity, and levels that are not given, are
+    estimated. The drive is adapted for the heading only: for the track it gains nothing
     (benchmarks/bench_preprocess.py).
     """
-    streams = tuple(without_jumps(s) for s in streams)
+    if rounds:
+        streams = tuple(without_jumps(s) for s in streams)
     levels, prior = first_guess(streams)
-    nothing: FloatArray = np.empty(0)
     cut, least = truncation(streams[0].value.shape[1]), least_noise(streams, segments)
     drive: Drive | None = None
-    for k in range(rounds):
-        assembled = assemble(streams, segments, nothing, drive)
+    for k in range(rounds or 2):
+        assembled = assemble(streams, segments, np.empty(0), drive)
         levels = chain_levels(streams, assembled, levels, prior, least, near=k > 1)
         if k < 2:
-            drive = commanded_drive(streams, segments, inputs, levels, prior) or drive
-        if k == 1 and drive is None and streams[0].value.shape[1] == 1:
-            drive = find_drive(streams, assemble(streams, segments, nothing), levels, prior)
-        if k < 2:
-            levels = chain_levels(streams, assemble(streams, segments, nothing, drive), levels, prior, least)
+            drive = find_any_drive(streams, segments, inputs, levels, prior, drive, late=k == 1)
+            assembled = assemble(streams, segments, np.empty(0), drive)
+            levels = chain_levels(streams, assembled, levels, prior, least)
+        if not rounds:
+            continue
         cleaned = gate(streams, segments, levels, prior, drive)
         changed = sum(int((a.good != b.good).sum()) for a, b in zip(cleaned, streams, strict=True))
         streams = cleaned
@@ -138,6 +139,22 @@ def clean_and_level(
             break
     given = np.array([np.isfinite(s.sigma) for s in streams])
     return streams, replace(levels, sigma=np.where(given, levels.sigma, levels.sigma / cut)), prior, drive
+
+
+def find_any_drive(
+    streams: tuple[Stream, ...],
+    segments: Segments,
+    inputs: Mapping[str, Measurement],
+    levels: Levels,
+    prior: FloatArray,
+    drive: Drive | None,
+    late: bool,
+) -> Drive | None:
+    """Return the drive that the inputs show; of a heading, when late in the search, else the one it shows itself."""
+    drive = commanded_drive(streams, segments, inputs, levels, prior) or drive
+    if late and drive is None and streams[0].value.shape[1] == 1:
+        return find_drive(streams, assemble(streams, segments, np.empty(0)), levels, prior)
+    return drive
 
 
 def without_jumps(stream: Stream) -> Stream:
@@ -155,7 +172,7 @@ def smooth_chain(
     inputs: Mapping[str, Measurement] | None = None,
     q: float | None = None,
     beside: Segments | None = None,
-    rounds: int = ROUNDS,
+    rounds: int | None = None,
 ) -> ChainResult:
     """Smooth one chain at the wanted times; levels that are not given are estimated.
 
@@ -170,11 +187,13 @@ def smooth_chain(
         Process intensity, where known with every stream's ``sigma``: then nothing is estimated or set aside.
     beside : tuple of (start, end), optional
         The segments with samples just outside them, which are judged but not smoothed.
-    rounds : int
-        Of estimating levels and setting outliers aside, at most.
+    rounds : int, optional
+        Of estimating levels and setting outliers aside, at most (``ROUNDS``); 0: the samples are judged already.
     """
     if q is None:
-        streams, levels, prior, drive = clean_and_level(streams, beside or segments, inputs or {}, rounds)
+        streams, levels, prior, drive = clean_and_level(
+            streams, beside or segments, inputs or {}, ROUNDS if rounds is None else rounds
+        )
     else:
         guess, prior = first_guess(streams)
         levels, drive = replace(guess, q=q), None
