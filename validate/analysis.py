@@ -104,7 +104,9 @@ def _identify(
     if not loop:
         return prepared, declared, None
     progress("diagnose", "", 0.0)
-    outcome = search(prepared, lambda text: progress("diagnose", text, 0.5))
+    windowed = _estimator(estimator) == "output_error" and _optimiser(optimiser) == "gauss_newton"
+    begin = declared if windowed else None
+    outcome = search(prepared, begin, lambda text: progress("diagnose", text, 0.5))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
 

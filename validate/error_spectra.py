@@ -16,7 +16,7 @@ import numpy as np
 from identify import kernel
 from identify.base_fit import Fitted
 from identify.drive import Drive, drive
-from identify.predict import run, shown
+from identify.predict import accelerations_at, run, shown
 from identify.regression import through_water
 from identify.stretch import KIND, Stretch
 from identify.structure import Structure
@@ -112,7 +112,7 @@ def _look(
     speed = through_water(stretch.states[part], d.current)[:, 3:6].mean(axis=0)
     velocity = _velocities(_streams(problem, w, residual, omega), speed, structure.vessel.antenna, omega)
     rate = 1j * omega[:, None] * velocity
-    force = rate - velocity @ _jacobian(structure, d, stretch, states, w).T
+    force = rate - velocity @ _jacobian(structure, d, states, w).T
     t = stretch.grid[part]
     turning = np.full(TAPERS, max(abs(float(r.mean())) for r in np.array_split(stretch.states[part, 5], 4)))
     errors, done = (
@@ -200,7 +200,7 @@ def _deeds(structure: Structure, stretch: Stretch, states: FloatArray, t: FloatA
     return np.column_stack([*inputs, *motion, *pairs, *heading])
 
 
-def _jacobian(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray, w: Window) -> FloatArray:
+def _jacobian(structure: Structure, d: Drive, states: FloatArray, w: Window) -> FloatArray:
     """Mean derivative (3, 3) of the accelerations u̇, v̇, ṙ by u, v, r along a window; zeros for a discrete model."""
     if structure.model.discrete:
         return np.zeros((3, 3))
@@ -211,18 +211,7 @@ def _jacobian(structure: Structure, d: Drive, stretch: Stretch, states: FloatArr
             move = np.zeros(kernel.NX)
             move[3 + j] = size[j]
             high, low = (
-                _rates(structure, d, stretch, states[i] + s * move, w.first + i) for s in (1.0, -1.0)
+                accelerations_at(structure, d, states[i] + s * move, w.first + i)[:3] for s in (1.0, -1.0)
             )
             out[:, j] += (high - low) / (2.0 * size[j] * len(places))
     return out
-
-
-def _rates(structure: Structure, d: Drive, stretch: Stretch, state: FloatArray, step: int) -> FloatArray:
-    """Accelerations (3,) that the model gives in a state (8,)."""
-    table, part = structure.table, slice(step, step + 1)
-    states, rates = np.empty((2, kernel.NX)), np.empty((2, kernel.NX))
-    kernel.rollout(
-        state, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
-        structure.u0, table.equation, table.which, table.product, d.coefficients, states, rates,
-    )  # fmt: skip
-    return rates[0, 3:6]

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import stats
 
 from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost
-from identify.output_error import Solution, Stopped, solve
+from identify.output_error import Reduced, Solution, Stopped, solve
 from identify.regression import start_by_regression
-from identify.windows import Problem, first_states
+from identify.windows import Moments, Problem, first_states
 from validate.candidates import Screened, prior_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -25,6 +26,12 @@ INDISTINCT = 6.0
 WORTH = 0.02
 #: Far from the noise, so many of the best candidates are fitted again from the beginning.
 AGAIN = 3
+#: Below this cost per degree of freedom a refit converges from where the base is.
+NEAR = 1.5
+#: So many candidates are refitted to the end; the others are left after a few steps.
+RUNNERS = 4
+#: Far from the noise the race begins on one in so many windows, each parameter still seen by so many rows.
+THIN, ENOUGH = 4, 40
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
@@ -61,34 +68,42 @@ def step_tolerance(fitted: Fitted) -> float:
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
     """Refit with the candidate in and everything free, from its screened start or from a regression's."""
+    return went_on(begun(fitted, screened, target), budget, target)
+
+
+def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
+    """The first steps of a refit: near the noise all of it, farther off from the best of several starts."""
     structure = fitted.solution.structure.with_effect(screened.active)
-    problem, anchor = fitted.problem, first_states(fitted.problem)
-    prior, tolerance = prior_of(structure, screened.p, fitted), step_tolerance(fitted)
-
-    def search(p: FloatArray, first: FloatArray, steps: int) -> Solution:
-        return solve(
-            problem,
-            structure,
-            p,
-            first,
-            prior,
-            anchor=anchor,
-            budget=steps,
-            tolerance=tolerance,
-            target=target,
-        )
-
-    if fitted.chi2_per_dof < 1.5:
-        found = search(screened.p, fitted.solution.first, budget)
-        if found.stopped is Stopped.DIVERGED:
-            found = search(screened.unmoved, fitted.solution.first, budget)
-        return Fitted(problem, prior, found)
-    starts = (screened.p, screened.unmoved, start_by_regression(structure, screened.p, problem.stretches))
-    tries = [search(p, fitted.solution.first, 5) for p in starts]
-    best = min(tries, key=lambda s: s.total if np.isfinite(s.total) else np.inf)
-    return Fitted(
-        problem, prior, search(best.p, best.first, budget) if best.stopped is Stopped.BUDGET else best
+    problem, first = fitted.problem, fitted.solution.first
+    prior = prior_of(structure, screened.p, fitted)
+    search = partial(
+        solve, problem, structure, prior=prior, anchor=first_states(problem), tolerance=step_tolerance(fitted)
     )
+    if fitted.chi2_per_dof < NEAR:
+        found = search(screened.p, first, budget=20, target=target)
+        if found.stopped is Stopped.DIVERGED:
+            found = search(screened.unmoved, first, budget=20, target=target)
+        return Fitted(problem, prior, found)
+    ways = (screened.p, screened.unmoved)
+    moved = min((search(p, first, budget=0) for p in ways), key=_total)
+    anew = search(start_by_regression(structure, screened.p, problem.stretches), first, budget=2)
+    return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
+
+
+def _total(solution: Solution) -> float:
+    return solution.total if np.isfinite(solution.total) else np.inf
+
+
+def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
+    """More steps of a search that ended because it had used up its own."""
+    if fitted.solution.stopped is not Stopped.BUDGET:
+        return fitted
+    s = fitted.solution
+    found = solve(
+        fitted.problem, s.structure, s.p, s.first, fitted.prior, anchor=first_states(fitted.problem),
+        budget=budget, tolerance=step_tolerance(fitted), target=target,
+    )  # fmt: skip
+    return replace(fitted, solution=found)
 
 
 def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
@@ -111,12 +126,7 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
 
     Returns the fit without them under the same weights, and the judged finalists.
     """
-    refitted, target = [], np.inf
-    for screened in finalists:
-        fit = refit(base, screened, target=target)
-        if np.isfinite(fit.solution.total):
-            refitted.append((screened, fit))
-            target = min(target, fit.solution.total + 0.5 * target_gap(base, fit))
+    refitted = _raced(base, finalists)
     if not refitted:
         return base, []
     if base.chi2_per_dof > FAR:
@@ -135,6 +145,61 @@ def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitt
     ]
     judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def _raced(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+    """Refits of the finalists; far from the noise, those that fall behind over part of the windows are left there."""
+    if base.chi2_per_dof < FAR:
+        return _alive(_nearly(base, finalists))
+    some = thinned(base)
+    runners = _alive([(s, begun(some, s)) for s in finalists])
+    runners = _alive([(s, went_on(f, 3)) for s, f in runners[: len(runners) // 2 + 1]])
+    return _alive([(s, _whole(base, f)) for s, f in runners[:RUNNERS]])
+
+
+def _nearly(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+    """Refits one after the other; what cannot come near the best so far is given up."""
+    runners, target = [], np.inf
+    for screened in finalists:
+        fit = refit(base, screened, target=target)
+        runners.append((screened, fit))
+        target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))
+    return runners
+
+
+def _alive(runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
+    """Those that did not run away, best first."""
+    return sorted(
+        ((s, f) for s, f in runners if np.isfinite(f.solution.total)), key=lambda x: x[1].solution.total
+    )
+
+
+def thinned(fitted: Fitted) -> Fitted:
+    """The same fit on some of its windows, enough of them to know the parameters."""
+    problem, solution = fitted.problem, fitted.solution
+    every = max(1, min(THIN, problem.rows // (ENOUGH * len(solution.p))))
+    some = slice(None, None, every)
+    left = Moments(solution.moments.matrices[some], solution.moments.residuals[some])
+    reduced = Reduced(*(x[some] for x in astuple(solution.reduced)))
+    solution = replace(
+        solution,
+        first=solution.first[some],
+        cost=left.cost,
+        moments=left,
+        reduced=reduced,
+        stopped=Stopped.BUDGET,
+    )
+    return replace(fitted, problem=replace(problem, windows=problem.windows[some]), solution=solution)
+
+
+def _whole(base: Fitted, part: Fitted) -> Fitted:
+    """A fit on some windows taken on to all of the base's."""
+    s, problem = part.solution, base.problem
+    found = solve(
+        problem, s.structure, s.p, base.solution.first, part.prior, anchor=first_states(problem), budget=18,
+        tolerance=step_tolerance(base),
+    )  # fmt: skip
+    return Fitted(problem, part.prior, found)
 
 
 def anew(fitted: Fitted, rounds: int = 2) -> Fitted:

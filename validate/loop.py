@@ -52,18 +52,25 @@ class Outcome:
     refuted: bool = False
 
 
-def search(prepared: Prepared, report: Callable[[str], None] = lambda _: None) -> Outcome:
-    """Search for what the declared model lacks, on the logs to identify on."""
+def search(
+    prepared: Prepared, declared: Fitted | None = None, report: Callable[[str], None] = lambda _: None
+) -> Outcome:
+    """Search for what the declared model lacks, on the logs to identify on.
+
+    ``declared`` is the declared model's windowed output error fit, where there is one: near the noise the search goes
+    on from there; else it begins with short windows, in which a model that lacks much cannot run away.
+    """
     wiring = better_wiring(prepared.structure, prepared.identify)
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     if wiring:
         report(f"taken: {wiring.active.label} (z {wiring.z:.1f})")
-    rough = fit_from_scratch(structure, prepared.identify, length=ROUGH)
     turns: list[Turn] = []
-    rough = _rounds(rough, turns, report)
-    fine = rough
-    if rough.chi2_per_dof < HOPELESSLY_FAR:
-        fine = _rounds(refined(rough), turns, report)
+    if declared is not None and not wiring and declared.chi2_per_dof < FAR:
+        fine = _rounds(declared, turns, report)
+    else:
+        fine = _rounds(fit_from_scratch(structure, prepared.identify, length=ROUGH), turns, report)
+        if fine.chi2_per_dof < HOPELESSLY_FAR:
+            fine = _rounds(refined(fine), turns, report)
     fine = _pruned(fine, report)
     standing = _standing(fine, wiring, report)
     return Outcome(fine, tuple(turns), standing, wiring)
