@@ -129,15 +129,18 @@ def _refuse(refused, kind, t):  # type: ignore[no-untyped-def]  # noqa: ANN001, 
 
 
 @njit(cache=True)
-def _filter(t, kind, value, noise, q_heading, q_track, rate, antenna, mh, ph, mt, pt, clock, refused,
-            state, variance, good):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202  # fmt: skip
+def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
+    t, kind, value, noise, q_heading, q_track, rate, antenna,  # noqa: ANN001
+    mh, ph, mt, pt, clock, refused,  # noqa: ANN001
+    state, variance, good,  # noqa: ANN001
+):  # fmt: skip
     work, gain = np.zeros((3, 3)), np.zeros(3)
     row = np.zeros(2)
     for i in range(len(t)):
         k = kind[i]
-        angular = k == HEADING or k == YAW_RATE
+        angular = k in (HEADING, YAW_RATE)
         which = 0 if angular else 1
-        order = 0 if k == HEADING or k == POSITION else 1
+        order = 0 if k in (HEADING, POSITION) else 1
         m, p = (mh, ph) if angular else (mt, pt)
         q = q_heading if angular else q_track
         row[0], row[1] = value[i, 0], value[i, 1]

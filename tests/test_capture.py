@@ -584,7 +584,7 @@ def test_the_live_view_shows_what_comes_and_is_prompt(tmp_path):
     recording = rr.RecordingStream("seatrial")
     recording.save(path)
     view = LiveView("trial", (port,), recording)
-    decoder = PortDecoder(port, view.show)
+    decoder = PortDecoder(port, [view.show])
     for i in range(12):
         decoder.feed([(time.time_ns(), nmea_record(i))])
         time.sleep(0.05)

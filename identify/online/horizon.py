@@ -44,8 +44,8 @@ class Noise:
 class Knowledge:
     """What is known of the parameters from windows that have left the horizon.
 
-    ``information`` (np, np) and ``vector`` (np,) of the cost pᵀ I p - 2 vᵀ p; ``dispersed`` (np, np) the information with
-    errors counted as they are at low frequency; ``at`` the time, s, to which forgetting has been reckoned.
+    ``information`` (np, np) and ``vector`` (np,) of the cost pᵀ I p - 2 vᵀ p; ``dispersed`` (np, np) the information
+    with errors counted as they are at low frequency; ``at`` the time, s, to which forgetting has been reckoned.
     """
 
     information: FloatArray
@@ -207,7 +207,8 @@ def _search(horizon: Horizon, weight: FloatArray) -> Solution:
 
     here, damping, steps, stopped = at(np.clip(horizon.p, low, high), anchor), 1e-3, 0, Stopped.BUDGET
     held = np.zeros(len(here.p), dtype=bool)
-    for steps in range(1, MOST_STEPS + 1):
+    while steps < MOST_STEPS:
+        steps += 1
         if not np.isfinite(here.cost):
             stopped = Stopped.DIVERGED
             break

@@ -8,20 +8,20 @@ would explain of them (χ² with 3 degrees of freedom), which sees slow, structu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from identify.drive import drive
 from identify.effect import Active, Effect, Setting, Variant
 from identify.kernel import NX
-from identify.online.horizon import Estimate, Noise, fitted_firsts, problem_of, with_noise
-from identify.output_error import reduce
+from identify.online.horizon import Estimate, Horizon, Knowledge, Noise, problem_of, update
+from identify.output_error import Prior, reduce
 from identify.predict import run, shown, true_first_state
-from identify.drive import drive
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.term import Term
-from identify.windows import first_states, moments, state_precision
+from identify.windows import Problem, moments, state_precision
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -64,41 +64,42 @@ class Surprise:
 
 
 def surprise(structure: Structure, known: Estimate, stretch: Stretch, noise: Noise) -> Surprise | None:
-    """The statistics of a block; None where there is too little in it, or the prediction ran away."""
-    block = with_noise(stretch, noise)
-    wide = structure.with_effect(Active(DISTURBANCE))
-    p = wide.carried(known.p, structure)
-    mine = np.array([s.effect == len(structure.actives) for s in wide.slots])
-    first = fitted_firsts(structure, known.p, (block,), noise)
-    problem = problem_of((block,), noise)
-    plain = moments(problem, wide, p, first)
-    if not np.isfinite(plain.cost) or problem.rows < 2 * NX:
+    """The statistics of a block; None where there is too little in it, or the prediction ran away.
+
+    The parameters are moved to where block and knowledge together want them: where they are poorly known a first-order
+    step would not do.
+    """
+    nothing = Prior(np.zeros(len(known.p)), np.full(len(known.p), np.inf))
+    past = Knowledge(known.information, known.information @ known.p, known.information)
+    moved, solution = update(Horizon(structure, nothing, known.p, noise, past), stretch)
+    problem = problem_of(moved.windows, noise)
+    if not np.isfinite(solution.cost) or problem.rows < 2 * NX:
         return None
-    anchor = first_states(problem)
-    precision = state_precision(structure)
-    found = reduce(plain.matrices, first, anchor, precision)
-    information, score, cost = found.information[0], found.score[0], float(found.cost[0])
-    base = information[np.ix_(~mine, ~mine)] + known.information
-    states = int((np.diag(plain.matrices[0])[:NX] > 0).sum())
-    size = cost - float(score[~mine] @ np.linalg.solve(base, score[~mine]))
-    slow, acceleration = _slow(structure, known, replace(problem.dispersed), wide, p, first, mine)
+    states = int((np.diag(solution.moments.matrices[0])[:NX] > 0).sum())
+    size = solution.cost + float(known.p @ known.information @ known.p)
+    slow, acceleration = _slow(structure, known, problem.dispersed, solution.p, moved.first)
     return Surprise(
-        block.start, block.start + block.steps * block.h, max(size, 0.0), problem.rows - states,
-        slow, float(mine.sum()), acceleration,
+        stretch.start, stretch.start + stretch.steps * stretch.h, max(size, 0.0), problem.rows - states,
+        slow, 3.0, acceleration,
     )  # fmt: skip
 
 
-def _slow(structure, known, problem, wide, p, first, mine):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _slow(
+    structure: Structure, known: Estimate, problem: Problem, p: FloatArray, first: FloatArray
+) -> tuple[float, FloatArray]:
     """Gain of constant accelerations, the other parameters free within what is known of them."""
-    found = moments(problem, wide, p, first)
+    wide = structure.with_effect(Active(DISTURBANCE))
+    mine = np.array([s.effect == len(structure.actives) for s in wide.slots])
+    found = moments(problem, wide, wide.carried(p, structure), first)
     reduced = reduce(found.matrices, first, first, state_precision(structure))
     information, score = reduced.information[0], reduced.score[0]
     base = information[np.ix_(~mine, ~mine)] + known.information
-    follow = np.linalg.solve(base, np.column_stack([information[np.ix_(~mine, mine)], score[~mine]]))
+    pull = score[~mine] - known.information @ (p - known.p)
+    follow = np.linalg.solve(base, np.column_stack([information[np.ix_(~mine, mine)], pull]))
     left = information[np.ix_(mine, mine)] - information[np.ix_(mine, ~mine)] @ follow[:, :-1]
     rest = score[mine] - information[np.ix_(mine, ~mine)] @ follow[:, -1]
     step = np.linalg.solve(left, rest)
-    return float(rest @ step), step
+    return max(float(rest @ step), 0.0), step
 
 
 def ahead(structure: Structure, p: FloatArray, stretch: Stretch, first: int, steps: int) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import queue
 import signal
 import threading
 from collections import defaultdict, deque
@@ -11,16 +12,22 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from seatrial.capture.live_decoding import Outcome, PortDecoder
 from seatrial.capture.settings import PortSettings
+
+if TYPE_CHECKING:
+    from seatrial.capture.decoders import Tables
+    from seatrial.capture.live_view import LiveView
 
 #: Bytes that may wait for the decoders; what comes on top is kept but not decoded.
 MOST_WAITING = 1 << 26
 #: Signals that end a capture: they are for its main process.
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
+#: Batches that may wait for the identification.
+MOST_BATCHES = 2000
 #: Bytes beyond which waiting batches are not taken together.
 MOST_AT_ONCE = 1 << 20
 #: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
@@ -31,9 +38,23 @@ Batch = list[tuple[int, list[tuple[int, bytes]]]]
 
 @dataclass(frozen=True)
 class LiveWanted:
-    """That the decoded data are to be shown, and under which name."""
+    """That the decoded data are to be shown.
+
+    Attributes
+    ----------
+    name : str
+        Of the capture.
+    address : int
+        Port of this machine that the viewer is to listen on.
+    recording_id : str
+    online : bool
+        Whether an identification is shown beside them.
+    """
 
     name: str
+    address: int
+    recording_id: str
+    online: bool = False
 
 
 @dataclass(frozen=True)
@@ -52,25 +73,78 @@ class LiveStats:
     not_shown: int
 
 
-def serve(connection: Connection, ports: tuple[PortSettings, ...], live: LiveWanted | None) -> None:
+def serve(
+    connection: Connection,
+    ports: tuple[PortSettings, ...],
+    live: LiveWanted | None,
+    online: Connection | None,
+) -> None:
     """Decode batches until the other end closes: the main function of the process."""
     set_niceness(PATIENT)
-    watcher = None
-    if live is not None:
-        from seatrial.capture.live_view import LiveView
-
-        watcher = LiveView.open(live.name, ports)
-    decoders = [PortDecoder(port, watcher.show if watcher else None) for port in ports]
+    view = _view(live, ports)
+    link = None if online is None else OnlineLink(online)
+    watchers = [w.show for w in (view, link) if w is not None]
+    decoders = [PortDecoder(port, watchers) for port in ports]
     try:
         for count, batch in Inbox(connection):
             connection.send((count, [(index, _fed(decoders[index], pieces)) for index, pieces in batch]))
-        if watcher is not None:
-            watcher.close()
-            connection.send(LiveStats(watcher.latencies_s(), watcher.not_shown))
+        if link is not None:
+            link.close()
+        if view is not None:
+            view.close()
+            connection.send(LiveStats(view.latencies_s(), view.not_shown))
         connection.send(None)
     except (EOFError, OSError):
-        if watcher is not None:
-            watcher.close()
+        if view is not None:
+            view.close()
+
+
+def _view(live: LiveWanted | None, ports: tuple[PortSettings, ...]) -> LiveView | None:
+    if live is None:
+        return None
+    from seatrial.capture.live_view import LiveView
+
+    return LiveView.open(live, ports)
+
+
+class OnlineLink:
+    """Hands decoded batches to the identification without waiting for it.
+
+    Attributes
+    ----------
+    left_out : int
+        Batches that there was no room for.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._queue: queue.Queue[tuple[str, Tables] | None] = queue.Queue(MOST_BATCHES)
+        self.left_out = 0
+        self._thread = threading.Thread(target=self._send, daemon=True, name="online link")
+        self._thread.start()
+
+    def show(self, port: str, tables: Tables) -> None:
+        """Hand a batch over."""
+        try:
+            self._queue.put_nowait((port, tables))
+        except queue.Full:
+            self.left_out += 1
+
+    def close(self) -> None:
+        """Let what waits go, and say that it was all: the number of batches that were left out."""
+        with suppress(queue.Full):
+            self._queue.put(None, timeout=5.0)
+            self._thread.join(5.0)
+
+    def _send(self) -> None:
+        while True:
+            batch = self._queue.get()
+            try:
+                self._connection.send(batch if batch is not None else self.left_out)
+            except OSError:
+                return
+            if batch is None:
+                return
 
 
 class Inbox:
@@ -144,7 +218,12 @@ class DecoderProcess:
         How the live view did, when all is over.
     """
 
-    def __init__(self, ports: tuple[PortSettings, ...], live: LiveWanted | None = None) -> None:
+    def __init__(
+        self,
+        ports: tuple[PortSettings, ...],
+        live: LiveWanted | None = None,
+        online: Connection | None = None,
+    ) -> None:
         self.undecoded = 0
         self.failed = False
         self.live_stats: LiveStats | None = None
@@ -157,7 +236,7 @@ class DecoderProcess:
         context = get_context("spawn")
         self._here, there = context.Pipe()
         self._process = context.Process(
-            target=serve, args=(there, ports, live), daemon=True, name="seatrial decoders"
+            target=serve, args=(there, ports, live, online), daemon=True, name="seatrial decoders"
         )
         with endings_blocked():
             self._process.start()

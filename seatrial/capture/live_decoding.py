@@ -45,9 +45,9 @@ class Outcome:
 class PortDecoder:
     """Finds out what a port speaks, and decodes it."""
 
-    def __init__(self, settings: PortSettings, watcher: Watcher | None = None) -> None:
+    def __init__(self, settings: PortSettings, watchers: Sequence[Watcher] = ()) -> None:
         self.settings = settings
-        self._watcher = watcher
+        self._watchers = tuple(watchers)
         self._encoder = TableEncoder(settings.name)
         self._decoder: Decoder | None = decoder_for(settings.protocol.value)
         self._held: deque[tuple[int, bytes]] = deque()
@@ -98,8 +98,8 @@ class PortDecoder:
         outcome.records, outcome.damaged = found.messages, found.damaged
         encoded = (self._encoder.encode(t, table, found.units) for t, table in found.tables.items())
         outcome.messages += [e for e in encoded if e is not None]
-        if self._watcher is not None:
-            self._watcher(self.settings.name, found)
+        for watcher in self._watchers:
+            watcher(self.settings.name, found)
         self._doubt(sum(len(data) for _, data in pieces), found.messages, outcome)
 
     def _doubt(self, size: int, records: int, outcome: Outcome) -> None:

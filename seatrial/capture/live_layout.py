@@ -10,8 +10,8 @@ from validate.recording import entities
 QUANTITIES = ("heading", "yaw_rate", "velocity", "rudder", "propeller", "wind")
 
 
-def blueprint(name: str, span_s: float) -> rrb.Blueprint:
-    """The views of a capture; ``span_s`` seconds of every signal are shown."""
+def blueprint(name: str, span_s: float, *, online: bool = False) -> rrb.Blueprint:
+    """The views of a capture; ``span_s`` seconds of every signal are shown, and of an identification all."""
     root = entities.log_root(name)
     bound = rr.TimeRangeBoundary
     recent = rr.TimeRange(start=bound.cursor_relative(seconds=-span_s), end=bound.cursor_relative())
@@ -27,7 +27,11 @@ def blueprint(name: str, span_s: float) -> rrb.Blueprint:
         rrb.TextDocumentView(origin=f"{root}/sensors", name="Sensors"),
         row_shares=[3, 2],
     )
-    right = rrb.Tabs(rrb.Grid(*plots, grid_columns=2, name="Signals"), every, active_tab=0)
+    signals = rrb.Grid(*plots, grid_columns=2, name="Signals")
+    tabs: list[rrb.Container | rrb.View] = [signals, every]
+    if online:
+        tabs.insert(0, identification(root))
+    right = rrb.Tabs(*tabs, active_tab=0)
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 3]),
         rrb.TimePanel(state="collapsed", timeline=entities.ELAPSED, play_state="following"),
@@ -35,3 +39,15 @@ def blueprint(name: str, span_s: float) -> rrb.Blueprint:
         rrb.BlueprintPanel(state="collapsed"),
         auto_views=False,
     )
+
+
+def identification(root: str) -> rrb.Grid:
+    """Parameters, prediction errors and the monitor of an identification."""
+    at = f"{root}/online"
+    views = (
+        rrb.TimeSeriesView(origin=f"{at}/errors", name="Prediction errors"),
+        rrb.TimeSeriesView(origin=f"{at}/monitor", name="Does the model fit?"),
+        rrb.TimeSeriesView(origin=f"{at}/parameters", name="Parameters"),
+        rrb.TextLogView(origin=f"{at}/events", name="Events"),
+    )
+    return rrb.Grid(*views, grid_columns=2, name="Identification")

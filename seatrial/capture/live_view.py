@@ -24,6 +24,8 @@ from seatrial.capture.settings import PortSettings
 if TYPE_CHECKING:
     import rerun as rr
 
+    from seatrial.capture.decoder_process import LiveWanted
+
 #: Batches that may wait for the viewer; what comes on top is not shown.
 MOST_WAITING = 64
 #: How often the table of rates is renewed, and the track drawn, s.
@@ -57,6 +59,8 @@ class LiveView:
     ports : tuple of PortSettings
     recording : RecordingStream
         Where to.
+    online : bool
+        Whether an identification is sent to the same place.
 
     Attributes
     ----------
@@ -66,7 +70,14 @@ class LiveView:
         Batches that were dropped because the viewer was behind.
     """
 
-    def __init__(self, name: str, ports: tuple[PortSettings, ...], recording: rr.RecordingStream) -> None:
+    def __init__(
+        self,
+        name: str,
+        ports: tuple[PortSettings, ...],
+        recording: rr.RecordingStream,
+        *,
+        online: bool = False,
+    ) -> None:
         from seatrial.capture.live_layout import blueprint
 
         self.name, self.recording = name, recording
@@ -80,26 +91,25 @@ class LiveView:
         self._table_at = self._track_at = 0.0
         self._server: subprocess.Popen[bytes] | None = None
         self._queue: queue.Queue[tuple[str, Tables] | None] = queue.Queue(MOST_WAITING)
-        recording.send_blueprint(blueprint(name, SPAN_S))
+        recording.send_blueprint(blueprint(name, SPAN_S, online=online))
         self._thread = threading.Thread(target=self._serve, daemon=True, name="live view")
         self._thread.start()
 
     @classmethod
-    def open(cls, name: str, ports: tuple[PortSettings, ...]) -> LiveView:
+    def open(cls, live: LiveWanted, ports: tuple[PortSettings, ...]) -> LiveView:
         """Open a viewer that only this machine can reach, and send to it."""
         import rerun as rr
 
         from validate.recording.entities import APPLICATION
 
-        address = free_port()
-        command = viewer_command(address)
+        command = viewer_command(live.address)
         viewer = subprocess.Popen(
             command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
-        wait_for(address, viewer)
-        recording = rr.RecordingStream(APPLICATION, recording_id=f"{name}-{time.time_ns()}")
-        recording.connect_grpc(f"rerun+http://127.0.0.1:{address}/proxy")
-        view = cls(name, ports, recording)
+        wait_for(live.address, viewer)
+        recording = rr.RecordingStream(APPLICATION, recording_id=live.recording_id)
+        recording.connect_grpc(f"rerun+http://127.0.0.1:{live.address}/proxy")
+        view = cls(live.name, ports, recording, online=live.online)
         view._server = viewer if "--web-viewer" in command else None
         return view
 

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from seatrial.capture.channel_messages import (
     EVENTS,
@@ -19,16 +20,22 @@ from seatrial.capture.decoder_process import DecoderProcess, LiveWanted
 from seatrial.capture.events import Event, Events, Level
 from seatrial.capture.file_series import FileSeries
 from seatrial.capture.live_decoding import Outcome
+from seatrial.capture.live_view import free_port
 from seatrial.capture.port_reader import Piece, PortReader
 from seatrial.capture.recording_file import Message
 from seatrial.capture.records import ChannelSpec
 from seatrial.capture.settings import FLUSH_BYTES, CaptureSettings, PortSettings, Protocol
 from seatrial.capture.summary import PortSummary, Summary
 
+if TYPE_CHECKING:
+    from seatrial.online.side import OnlineSide
+
 #: How often pieces are collected, and how often counts are written, s.
 TICK_S, STATUS_S = 0.08, 1.0
 #: How long the decoders may take for what waits when the capture ends, s.
 PATIENCE_S = 10.0
+#: How long the identification may take for what waits, and for its last word, s.
+ONLINE_PATIENCE_S = 60.0
 
 
 @dataclass
@@ -59,6 +66,14 @@ class Session:
         self.clock = HostClock()
         self.events = Events(self.clock, listener)
         self.files = FileSeries(settings)
+        live = LiveWanted(
+            settings.out.stem,
+            free_port(),
+            f"{settings.out.stem}-{time.time_ns()}",
+            settings.campaign is not None,
+        )
+        self.live = live if settings.live else None
+        self.online = self._online()
         self.decoders = self._decoders()
         self.ports = [self._port(p) for p in settings.ports]
         self._pending: list[Message] = []
@@ -87,10 +102,19 @@ class Session:
         return self._summary(seconds)
 
     def _decoders(self) -> DecoderProcess | None:
-        if not self.settings.decode and not self.settings.live:
+        if not (self.settings.decode or self.live or self.online):
             return None
-        live = LiveWanted(self.settings.out.stem) if self.settings.live else None
-        return DecoderProcess(self.settings.ports, live)
+        found = DecoderProcess(self.settings.ports, self.live, self.online.feed if self.online else None)
+        if self.online is not None:
+            self.online.feed.close()
+        return found
+
+    def _online(self) -> OnlineSide | None:
+        if self.settings.campaign is None:
+            return None
+        from seatrial.online.side import OnlineSide
+
+        return OnlineSide.of(self.settings, self.files.paths[0], self.live)
 
     def _port(self, settings: PortSettings) -> Port:
         reader = PortReader(settings, self.clock, self.events, self.settings.mute_s)
@@ -122,6 +146,8 @@ class Session:
             self.decoders.put(batch)
         for index, outcome in self.decoders.take():
             self._take_outcome(self.ports[index], outcome)
+        if self.online is not None:
+            self._pending += self.online.take(self.events)
 
     def _take_pieces(self, port: Port, pieces: list[Piece]) -> None:
         self._pending += [Message(port.channel, p.stamp.log_ns, p.stamp.wall_ns, p.data) for p in pieces]
@@ -197,6 +223,8 @@ class Session:
         self._write()
         if self.decoders is not None:
             self.decoders.close(PATIENCE_S)
+            if self.online is not None:
+                self.online.close(ONLINE_PATIENCE_S)
             self._collect()
         self._status(max(time.monotonic() - self._status_at, 1e-3))
         self._write()
@@ -218,6 +246,7 @@ class Session:
             self._undecoded + (self.decoders.undecoded if self.decoders else 0),
             self.files.trouble,
             self.decoders.live_stats if self.decoders else None,
+            self.online.lines if self.online else (),
         )  # fmt: skip
 
 

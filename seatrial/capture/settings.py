@@ -67,6 +67,12 @@ class CaptureSettings:
         A port that says nothing for so many seconds is called mute.
     decode, live : bool
         Whether to write decoded channels, and to show them as they come.
+    campaign : Path, optional
+        Of the vessel, whose model is then identified meanwhile.
+    state : Path, optional
+        Where the state of the identification is kept, and taken up from.
+    forget_s : float
+        Time constant with which the identification forgets; infinite: never.
     """
 
     ports: tuple[PortSettings, ...]
@@ -77,6 +83,9 @@ class CaptureSettings:
     mute_s: float = 5.0
     decode: bool = True
     live: bool = False
+    campaign: Path | None = None
+    state: Path | None = None
+    forget_s: float = float("inf")
     flush_s: float = field(default=FLUSH_S)
 
     @property

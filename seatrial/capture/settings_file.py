@@ -16,7 +16,8 @@ FILENAME = "capture.toml"
 DEFAULT_OUT = "capture-{utc}.mcap"
 TOP: dict[str, tuple[type, ...]] = {
     "out": (str,), "rotate_size": (int, float), "rotate_minutes": (int, float), "duration": (int, float),
-    "live": (bool,), "decode": (bool,), "port": (list,), "mute": (int, float),
+    "live": (bool,), "decode": (bool,), "port": (list,), "mute": (int, float), "campaign": (str,), "state": (str,),
+    "forget_minutes": (int, float),
 }  # fmt: skip
 OF_PORT: dict[str, tuple[type, ...]] = {"device": (str,), "baud": (int,), "protocol": (str,), "name": (str,)}
 SAID = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "[[port]] tables"}
@@ -37,6 +38,9 @@ class Wanted:
     duration: float | None = None
     live: bool = False
     no_decode: bool = False
+    campaign: Path | None = None
+    state: Path | None = None
+    forget_minutes: float | None = None
 
 
 def settings_from(wanted: Wanted) -> CaptureSettings:
@@ -59,6 +63,9 @@ def settings_from(wanted: Wanted) -> CaptureSettings:
         "duration_s": scaled("--duration", wanted.duration, 1.0),
         "live": wanted.live or None,
         "decode": False if wanted.no_decode else None,
+        "campaign": wanted.campaign,
+        "state": wanted.state,
+        "forget_s": scaled("--forget-minutes", wanted.forget_minutes, 60.0),
     }
     told: dict[str, Any] = {k: v for k, v in given.items() if v is not None}
     return replace(settings, ports=with_names(ports), **told)
@@ -147,14 +154,22 @@ def read_settings(path: Path) -> CaptureSettings:
         "rotate_s": positive(path, table, "rotate_minutes", 60.0),
         "duration_s": positive(path, table, "duration", 1.0),
         "mute_s": positive(path, table, "mute", 1.0),
+        "forget_s": positive(path, table, "forget_minutes", 60.0),
     }
     return CaptureSettings(
         tuple(port_of(path, number, t) for number, t in enumerate(table.get("port", []), 1)),
         out if out.is_absolute() else path.parent / out,
         decode=table.get("decode", True),
         live=table.get("live", False),
+        campaign=beside(path, table.get("campaign")),
+        state=beside(path, table.get("state")),
         **{k: v for k, v in limits.items() if v is not None},
     )
+
+
+def beside(path: Path, name: str | None) -> Path | None:
+    """A path that the file names, relative to the file."""
+    return None if name is None else path.parent / name
 
 
 def positive(path: Path, table: dict[str, Any], key: str, unit: float) -> float | None:

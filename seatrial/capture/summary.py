@@ -56,6 +56,8 @@ class Summary:
         Why the file could not be written to the end; empty where it was.
     live : LiveStats, optional
         How the live view did.
+    online : tuple of str
+        What was identified, a line each.
     """
 
     seconds: float
@@ -66,6 +68,7 @@ class Summary:
     undecoded: int
     trouble: str
     live: LiveStats | None = None
+    online: tuple[str, ...] = ()
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -92,5 +95,6 @@ class Summary:
         if self.live:
             median, most, worst = (1e3 * v for v in self.live.latency_s)
             yield f"  live view: {median:.0f} ms after arrival, 99 % within {most:.0f} ms, at worst {worst:.0f} ms"
+        yield from (f"  {line}" for line in self.online)
         for path, size in self.files:
             yield f"  {path} ({size / 1e6:.2f} MB)"

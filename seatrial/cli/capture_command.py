@@ -32,6 +32,16 @@ def command(
         bool, typer.Option("--live", help="Show what comes in Rerun, on this machine alone.")
     ] = False,
     no_decode: Annotated[bool, typer.Option("--no-decode", help="Keep the bytes alone.")] = False,
+    campaign: Annotated[
+        Path | None, typer.Option(help="A campaign.toml: identify its model meanwhile, and watch it.")
+    ] = None,
+    state: Annotated[
+        Path | None, typer.Option(help="Keep the identification's state here, and go on from it.")
+    ] = None,
+    forget_minutes: Annotated[
+        float | None,
+        typer.Option(help="The identification forgets with this time constant [default: never]."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
 ) -> None:
     """Record serial ports, every byte with its time of arrival, and decode them; nothing is ever sent to a device.
@@ -59,8 +69,15 @@ def command(
         duration,
         live,
         no_decode,
+        campaign,
+        state,
+        forget_minutes,
     )
     settings = settings_from(wanted)
+    if settings.campaign is not None:
+        from seatrial.online.declared import check_online
+
+        check_online(settings.campaign, settings.state)
     for one in settings.ports:
         check_device(one.device, one.baud)
     check_out(settings)

@@ -24,20 +24,38 @@ def command(
     topic: Annotated[str | None, typer.Option(help="Play this raw channel alone, such as /raw/gps.")] = None,
     speed: Annotated[float, typer.Option(help="How many times faster than it was recorded.")] = 1.0,
     no_wait: Annotated[bool, typer.Option("--no-wait", help="Begin before somebody reads.")] = False,
+    campaign: Annotated[
+        Path | None, typer.Option(help="No port: identify this campaign's model, as fast as it goes.")
+    ] = None,
+    state: Annotated[Path | None, typer.Option(help="With --campaign: keep the state here.")] = None,
+    forget_minutes: Annotated[
+        float | None, typer.Option(help="With --campaign: time constant of forgetting [default: never].")
+    ] = None,
+    model: Annotated[Path | None, typer.Option(help="With --campaign: write the model here.")] = None,
 ) -> None:
     """Play recorded ports back through pseudo terminals, at their own pace, to try everything without a boat.
 
-    Begins when the ports have been opened. What nobody reads in time is lost, as on a real line, and counted.
+    Begins when the ports have been opened. What nobody reads in time is lost, as on a real line, and counted. With
+    --campaign, any log is identified as if it came in now.
 
     Example:
 
         seatrial replay trial.mcap --port ./gps
 
         seatrial capture --port ./gps --baud 115200 --out again.mcap
+
+        seatrial replay trial.mcap --campaign campaign.toml
     """
     from ingest.errors import UsageError
     from seatrial.cli.capture_lines import stop_on_signals
 
+    if campaign is not None:
+        from seatrial.cli.online_lines import identify_recorded
+
+        identify_recorded(file, campaign, state, forget_minutes, model)
+        return
+    if state is not None or forget_minutes is not None or model is not None:
+        raise UsageError("--state, --forget-minutes and --model belong to --campaign, which is not given.")
     if not speed > 0:
         raise UsageError(f"--speed: expected a positive number, found {speed:g}.")
     try:

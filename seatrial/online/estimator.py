@@ -24,8 +24,8 @@ from identify.online.suspects import Suspicion, suspects
 from identify.output_error import Solution, prior_for
 from identify.regression import coefficient_scales
 from identify.stretch import Stretch
-from seatrial.online.words import changed, fits_again, learning_anew, looks_like
 from seatrial.online.updates import MONITOR, PARAMETERS, Note, Reading, Update
+from seatrial.online.words import changed, fits_again, learning_anew, looks_like
 
 #: False alarms: at most one in so long, s.
 FALSE_ALARM_S = 36_000.0

@@ -73,6 +73,7 @@ class Identifier:
     _said_missing: bool = False
     _pace: Pace | None = None
     _ended_at: float = -np.inf
+    _test_after: float = -np.inf
 
     def __post_init__(self) -> None:
         self.tap = Tap(self.campaign)
@@ -135,9 +136,15 @@ class Identifier:
         )
         if self.estimator is None:
             horizon = Horizon(
-                start.structure, start.prior, start.p, start.noise, nothing_known(len(start.p)), forget=self.forget
+                start.structure,
+                start.prior,
+                start.p,
+                start.noise,
+                nothing_known(len(start.p)),
+                forget=self.forget,
             )
             self.estimator = Estimator.of(horizon, self.block)
+            self._test_after = max(float(r[-1].t[-1]) for r in self._collected.values())
         for parts in self._collected.values():
             for raw in parts:
                 self.buffer.add(raw)
@@ -191,9 +198,16 @@ class Identifier:
         block = self.buffer.cut(end - self.block, end, self.h)
         if block is None:
             return
-        yield from self.estimator.test(block, phase)
+        if end > self._test_after:
+            yield from self.estimator.test(block, phase)
         begun = self._pace.begin + self._pace.window
-        if phase == PHASES - 1 and end - begun >= 0.5 * self.block and end + self.h < begun + self.window:
+        warm = end <= self._test_after
+        if (
+            not warm
+            and phase == PHASES - 1
+            and end - begun >= 0.5 * self.block
+            and end + self.h < begun + self.window
+        ):
             yield from self._window(begun, end, whole=False)
 
     def _window(self, begin_at: float, end: float, *, whole: bool) -> Iterator[Update]:
@@ -217,11 +231,18 @@ class Identifier:
     def _tick(self, at: float) -> Iterator[Update]:
         """The motion now, and how wrong the model's predictions of it were."""
         assert self.buffer is not None and self.estimator is not None
-        span = self.buffer.cut(max(at - self.block, self._pace.begin if self._pace else at), at, self.h, least=3)
+        span = self.buffer.cut(
+            max(at - self.block, self._pace.begin if self._pace else at), at, self.h, least=3
+        )
         if span is None:
             return
         state = span.states[-1]
-        yield Reading(MOTION, at, dict(zip(CHANNELS, state.tolist(), strict=True)), dict(zip(CHANNELS, UNITS, strict=True)))
+        yield Reading(
+            MOTION,
+            at,
+            dict(zip(CHANNELS, state.tolist(), strict=True)),
+            dict(zip(CHANNELS, UNITS, strict=True)),
+        )
         structure, p = self.estimator.horizon.structure, self.estimator.known.p
         one = ahead(structure, p, span, span.steps - 1, 1)
         values = {f"one_step_{c}": float(e) for c, e in zip(CHANNELS, one, strict=True)}
@@ -231,7 +252,9 @@ class Identifier:
             values["ten_seconds_distance"] = float(np.hypot(far[0], far[1]))
         else:
             values |= {f"ten_seconds_{c}": math.nan for c in (*CHANNELS, "distance")}
-        units = {k: UNITS[CHANNELS.index(c)] if (c := k.rsplit("_", 1)[1]) in CHANNELS else "m" for k in values}
+        units = {
+            k: UNITS[CHANNELS.index(c)] if (c := k.rsplit("_", 1)[1]) in CHANNELS else "m" for k in values
+        }
         yield Reading(ERRORS, at, values, units)
 
 

@@ -181,11 +181,13 @@ class StreamBuffer:
         known = np.isfinite(table[:, 4]) if len(t) else np.zeros(0, bool)
         if steps < 3 or known.sum() < least:
             return None
-        grid = begin + h * np.arange(steps + 1)
+        grid: FloatArray = begin + h * np.arange(steps + 1, dtype=float)
         around = self._rows.between(begin, end + LATE_S, before=20)
         at, seen = self._rows.t[around], self._rows.value[around]
         use = np.isfinite(seen[:, 4])
-        states = np.column_stack([np.interp(grid, at[use], seen[use, k]) for k in range(4, 10)])
+        states = np.array(
+            [np.interp(grid, at[use], seen[use, k]) for k in range(4, 10)], dtype=float
+        ).T.copy()
         spread = np.sqrt(np.column_stack([np.interp(grid, at[use], seen[use, k]) for k in (10, 10, 11)]))
         return Stretch(
             "live", "identify", begin, begin, h, steps, self._inputs(begin, end), states, spread,
@@ -198,9 +200,8 @@ class StreamBuffer:
             column, traits = self._actuators.get(declared.name, Column()), self.traits[declared.name]
             rows = column.between(begin - MARGIN_S, end + LATE_S, before=1)
             t, value = column.t[rows], column.value[rows].reshape(-1)
-            good = np.ones(len(t), dtype=bool)
-            if declared.kind in MEASURED and not traits.held:
-                good = ~spikes(value, traits.sigma)
+            measured = declared.kind in MEASURED and not traits.held
+            good: BoolArray = ~spikes(value, traits.sigma) if measured else np.ones(len(t), dtype=bool)
             out[declared.name] = Measurement(
                 declared.name, t, value, traits.sigma, good, "", {}, traits.sample_time, traits.held
             )

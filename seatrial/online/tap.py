@@ -88,7 +88,9 @@ class Tap:
         self.missing = tuple(n for n in wanted if n not in self.plan)
         if self.missing:
             oldest = self._last_ns - int(HELD_S * 1e9)
-            self._held = [(p, t) for p, t in self._held if any(int(x.index[-1]) > oldest for x in t.tables.values())]
+            self._held = [
+                (p, t) for p, t in self._held if any(int(x.index[-1]) > oldest for x in t.tables.values())
+            ]
             return []
         held, self._held = self._held, []
         return [raw for port, tables in held for raw in self._samples(port, tables)]
@@ -97,7 +99,9 @@ class Tap:
         sensors = {s.quantity: s for s in self.campaign.sensors}
         found: dict[str, Taken] = {}
         for quantity in QUANTITIES:
-            options = [(p, s) for p, log in logs.items() if (s := _source(log, quantity, sensors.get(quantity)))]
+            options = [
+                (p, s) for p, log in logs.items() if (s := _source(log, quantity, sensors.get(quantity)))
+            ]
             if options:
                 port, source = max(options, key=lambda o: o[1].rank)
                 found[quantity] = Taken(port, source.topic, _with_unit(logs[port], source))
@@ -114,7 +118,9 @@ class Tap:
         if not mine:
             return []
         log = self._log(port, tables)
-        found = [raw for name, taken in mine if (raw := self._read(log, name, taken)) is not None and len(raw.t)]
+        found = [
+            raw for name, taken in mine if (raw := self._read(log, name, taken)) is not None and len(raw.t)
+        ]
         return [r for raw in found if (r := self._in_metres(raw)) is not None]
 
     def _read(self, log: Log, name: str, taken: Taken) -> Raw | None:
@@ -148,7 +154,10 @@ class Tap:
 def joined(batches: list[Tables]) -> Tables:
     """Batches of one port, one after the other."""
     topics = dict.fromkeys(k for b in batches for k in b.tables)
-    tables = {k: pd.concat([b.tables[k] for b in batches if k in b.tables]).sort_index(kind="stable") for k in topics}
+    tables = {
+        k: pd.concat([b.tables[k] for b in batches if k in b.tables]).sort_index(kind="stable")
+        for k in topics
+    }
     units = {k: v for b in batches for k, v in b.units.items()}
     sources = {(s.quantity, s.name): s for b in batches for s in b.sources}
     return Tables(tables, units, tuple(sources.values()))

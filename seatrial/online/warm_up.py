@@ -1,6 +1,6 @@
 """The beginning: the first minute goes through the same preprocessing and the same fit as a log would.
 
-What comes of it are the noise of the sensors, how the inputs are to be read, and a first model with all its uncertainty.
+What comes of it: the noise of the sensors, how the inputs are to be read, and a first model with its uncertainty.
 """
 
 from __future__ import annotations
@@ -71,7 +71,9 @@ def needed_seconds(length: float) -> float:
     return WINDOWS * window_length(length)
 
 
-def begin(campaign: Campaign, collected: Mapping[str, Sequence[Raw]], origin: tuple[float, float] | None) -> Beginning:
+def begin(
+    campaign: Campaign, collected: Mapping[str, Sequence[Raw]], origin: tuple[float, float] | None
+) -> Beginning:
     """The first fit.
 
     Parameters
@@ -132,7 +134,9 @@ def quantum_of(collected: Mapping[str, Sequence[Raw]]) -> FloatArray:
 def noise_of(fitted: Fitted) -> Noise:
     """Noise of the streams as the fit's errors show it."""
     problem = fitted.problem
-    kinds, sigmas = (np.concatenate([getattr(s.samples, k) for s in problem.stretches]) for k in ("kind", "sigma"))
+    kinds, sigmas = (
+        np.concatenate([getattr(s.samples, k) for s in problem.stretches]) for k in ("kind", "sigma")
+    )
     sigma = [float(np.median(sigmas[kinds == k])) if (kinds == k).any() else 1.0 for k in range(4)]
     return Noise(np.array(sigma), problem.inflation, problem.dispersion)
 
