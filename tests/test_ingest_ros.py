@@ -8,6 +8,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from hypothesis import given, settings
@@ -22,6 +23,7 @@ from ingest import ReadOptions, UnreadableLog, read_log
 from ingest.canbus.slcan import scan as scan_slcan
 from ingest.reader import Decoded
 from ingest.ros import READERS
+from ingest.ros.json_columns import columns_of as json_columns
 from ingest.ros.readers import MCAP
 
 T0 = 1_717_200_000_000_000_000
@@ -300,7 +302,45 @@ def test_json():
     assert len(table) == 9
     assert table["nested.deep.x"].tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9]
     assert decoded.sources[0].fields == {"latitude": "latitude", "longitude": "longitude"}
+    assert decoded.sources[0].options["time"] == "stamp_ns"
+    assert table["stamp_ns"].iloc[0] == T0 + 5
     assert [f.count for f in decoded.findings if f.kind == "damaged"] == [1]
+
+
+def json_table(*texts: bytes) -> tuple[pd.DataFrame, list[bool]]:
+    ends = np.cumsum([len(t) for t in texts])
+    data = np.frombuffer(b"".join(texts), np.uint8)
+    table, good = json_columns(data, ends - [len(t) for t in texts], ends)
+    return table, good.tolist()
+
+
+def test_json_of_changing_shape():
+    table, good = json_table(
+        b'{"a": 1, "b": [1, {"c": 2}], "d": "x", "e": true}', b'{"a": 2.5, "b": [3], "d": 7, "e": null, "f": {}}', b"3",
+        b'{"a": {"z": 1e999}, "g": 99999999999999999999, "h": %s}' % (b"1" + b"0" * 400),
+    )  # fmt: skip
+    assert good == [True] * 4
+    np.testing.assert_array_equal(table["a"], [1, 2.5, np.nan, np.nan])
+    np.testing.assert_array_equal(table["b[0]"], [1, 3, np.nan, np.nan])
+    np.testing.assert_array_equal(table["b[1].c"], [2, np.nan, np.nan, np.nan])
+    assert table["d"].tolist()[:2] == ["x", "7"]
+    assert table["data"].tolist()[2] == 3 and table["a.z"].tolist()[3] == np.inf
+    assert table["g"].tolist()[3] == 1e20
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [[b'{"a":[{}', b"{}]}", b"{},{}"], [b"1,2", b"[3", b"4]"], [b"", b"{}"], [b"[" * 100_000, b'{"a": 1}']],
+)  # fmt: skip
+def test_broken_json_takes_nothing_from_its_neighbours(texts):
+    def whole(text):
+        try:
+            json.loads(text)
+        except (ValueError, RecursionError):
+            return False
+        return True
+
+    assert json_table(*texts, b'{"a": 5}')[1] == [*map(whole, texts), True]
 
 
 def test_protobuf():

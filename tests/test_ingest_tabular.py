@@ -1,11 +1,13 @@
 """Delimited text and MATLAB files: dialects, clocks, units, damage."""
 
 import contextlib
+import functools
 import io
 from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,6 +16,7 @@ from scipy.io import savemat
 from ingest import ReadOptions, read_log
 from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
+from ingest.tabular.lines import spans_of
 from ingest.tabular.matlab import MATLAB
 from ingest.tabular.naming import guess_angle_unit, split_unit
 
@@ -133,6 +136,19 @@ def test_bad_lines_are_findings_with_their_offset():
     assert len(decoded.tables[""]) == 98
     assert any("oops" not in f.message and "'north'" in f.message for f in decoded.findings)
     assert decoded.bytes_damaged == len("4.0,1.0\n") + len("\x00\x01garbage\n")
+
+
+def test_pieces_of_a_text_make_the_same_table(monkeypatch):
+    text = "t,a,b,mode\n" + "".join(
+        f"{i / 10},{'' if i % 7 == 3 else i},{i * 0.5 if i > 40 else i},{'AUTO' if i % 3 else 'x'}\n"
+        for i in range(300)
+    )
+    text = text.replace("12.0,", "12.0;")
+    whole = decode(text)
+    monkeypatch.setattr("ingest.tabular.delimited.spans_of", functools.partial(spans_of, size=128))
+    pieces = decode(text)
+    pd.testing.assert_frame_equal(whole.tables[""], pieces.tables[""], check_dtype=False)
+    assert whole.findings == pieces.findings and whole.bytes_damaged == pieces.bytes_damaged > 0
 
 
 def test_a_last_line_that_is_cut_off():

@@ -115,10 +115,10 @@ def _table(
         columns[name] = values.astype(bool) if name in program.booleans else values
     for i, name in enumerate(program.texts):
         columns[name] = texts(data, begins[keep, i], ends[keep, i])
-    return pd.DataFrame(_with_stamps(columns), copy=False)
+    return pd.DataFrame(with_stamps(columns), copy=False)
 
 
-def _with_stamps(columns: dict[str, object]) -> dict[str, object]:
+def with_stamps(columns: dict[str, object]) -> dict[str, object]:
     """Return the stamp of the header as one number of nanoseconds, ``stamp_ns``."""
     for prefix in ("header.stamp", "stamp", "timestamp"):
         for fraction in ("nanosec", "nanosecond", "nsec"):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,45 +111,11 @@ def with_yaw(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _json(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Decoded:
-    objects = [_object(data[a:b].tobytes()) for a, b in zip(start, end, strict=True)]
-    good = np.array([o is not None for o in objects], bool)
-    table = from_rows([dict(_flat(o)) for o in objects if o is not None])
+    from ingest.ros.json_columns import columns_of
+
+    table, good = columns_of(data, start, end)
     findings = (_broken(channel, int((~good).sum())),) if not good.all() else ()
     return Decoded(with_yaw(table), good, findings)
-
-
-def _object(raw: bytes) -> dict[str, object] | None:
-    try:
-        value = json.loads(raw)
-    except ValueError:
-        return None
-    return value if isinstance(value, dict) else {"data": value}
-
-
-def _flat(value: object, path: str = "") -> Iterator[tuple[str, object]]:
-    """Scalars of a nested object with their dotted names; long lists are left out."""
-    if isinstance(value, dict):
-        for key, member in value.items():
-            yield from _flat(member, f"{path}.{key}" if path else str(key))
-    elif isinstance(value, list):
-        if len(value) <= MOST_ELEMENTS:
-            for i, member in enumerate(value):
-                yield from _flat(member, f"{path}[{i}]")
-    elif value is not None:
-        yield path or "data", value
-
-
-def from_rows(rows: list[dict[str, object]]) -> pd.DataFrame:
-    """Return a table of flat rows: numbers as floats, texts as categories."""
-    frame = pd.DataFrame.from_records(rows)
-    columns: dict[str, object] = {}
-    for name in frame.columns:
-        column = frame[name]
-        if column.dtype == object or pd.api.types.is_string_dtype(column):
-            columns[str(name)] = column.astype(str).where(column.notna()).astype("category")
-        else:
-            columns[str(name)] = column
-    return pd.DataFrame(columns)
 
 
 def _protobuf(channel: Channel, data: Bytes, start: Integers, end: Integers) -> Decoded:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ingest.detect import Rule
@@ -11,6 +12,8 @@ from ingest.detect import Rule
 if TYPE_CHECKING:
     import pandas as pd
 
+#: The sender's own time, beside that of recording.
+_STAMPED: Mapping[str, object] = {"time": "stamp_ns", "time_unit": "ns"}
 _ENU: Mapping[str, object] = {"frame": "enu"}
 #: Usual errors, m, of NavSatStatus: plain, by satellites' corrections, by a ground station's.
 USUAL_ERRORS: Mapping[int, float] = {0: 2.5, 1: 1.0, 2: 0.1}
@@ -23,7 +26,8 @@ def rules_for(schema: str, topic: str, table: pd.DataFrame) -> list[Rule]:
     """Rules for the messages of one topic, by the last part of their type's name."""
     kind = re.split(r"[/.]", schema)[-1]
     make = _KINDS.get(kind)
-    return [] if make is None else make(re.escape(topic), table)
+    rules = [] if make is None else make(re.escape(topic), table)
+    return [replace(rule, options={**rule.options, **_STAMPED}) for rule in rules]
 
 
 def _fix(topic: str, table: pd.DataFrame) -> list[Rule]:

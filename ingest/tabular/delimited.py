@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from pathlib import Path
 from typing import cast
 
@@ -13,7 +14,7 @@ from ingest.clock import continue_clock
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.tabular.dialect import HEAD, Dialect, detect, encoding_of
-from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs
+from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.timeline import Clock, clock_of
 
@@ -61,8 +62,8 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     lines = count_fields(array, dialect.delimiter, dialect.body)
     whole = _whole_lines(lines, len(dialect.columns))
     findings = _bad_lines(lines, whole, array)
-    spans = [(int(lines.start[a]), int(lines.end[b - 1])) for a, b in runs(whole | (lines.fields == 0))]
-    frame = _parse(text, spans, dialect)
+    frame = _parse(text, spans_of(lines, whole | (lines.fields == 0)), dialect)
+    del lines, whole
     table, cells = _numbers(frame)
     decoded = timed(table, {str(k): v for k, v in dialect.units.items()})
     bad = sum(f.length or 0 for f in findings)
@@ -90,9 +91,9 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     if clock is None or not clock.good.any():
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
     findings = _timeless(clock)
-    table = table[clock.good]
+    table = table if clock.good.all() else table[clock.good]
     ns, clock_findings = continue_clock(clock.ns[clock.good])
-    table.index = pd.Index(ns, name="t_ns")
+    table = table.set_axis(pd.Index(ns, name="t_ns"), axis=0)
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
     sources = sources_of(table, units, topic)
     return Decoded(
@@ -147,7 +148,20 @@ def _says(lines: Lines, whole: np.ndarray, a: int, b: int) -> str:
     return f"{b - a} lines with {found} fields instead of {width}"
 
 
-def _parse(text: memoryview, spans: list[tuple[int, int]], dialect: Dialect) -> pd.DataFrame:
+def _parse(text: memoryview, pieces: Iterable[list[tuple[int, int]]], dialect: Dialect) -> pd.DataFrame:
+    """The table of a text, parsed piece by piece: what the parser holds is as large as a piece."""
+    frames = [_parse_piece(text, spans, dialect) for spans in pieces if spans]
+    return frames[0] if len(frames) == 1 else joined(frames)
+
+
+def joined(frames: list[pd.DataFrame]) -> pd.DataFrame:
+    """Tables below each other, column by column, each let go as soon as it is copied."""
+    names = list(frames[0].columns)
+    columns = {name: pd.concat([f.pop(name) for f in frames], ignore_index=True) for name in names}
+    return pd.DataFrame(columns, copy=False)
+
+
+def _parse_piece(text: memoryview, spans: list[tuple[int, int]], dialect: Dialect) -> pd.DataFrame:
     blank = dialect.delimiter == " "
     return pd.read_csv(
         io.BufferedReader(Spans(text, spans), 1 << 20),

@@ -5,12 +5,15 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 #: Bytes looked at in one go, so that the masks stay small beside the file.
-CHUNK = 1 << 23
+CHUNK = 1 << 20
+#: Bytes that are parsed in one go.
+PIECE = 1 << 22
 
 NEWLINE, RETURN, BLANK, TAB, QUOTE = 10, 13, 32, 9, 34
 
@@ -128,3 +131,10 @@ def runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Half-open index ranges in which ``chosen`` is true."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.astype(np.int8), [0]))))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def spans_of(lines: Lines, chosen: NDArray[np.bool_], size: int = PIECE) -> Iterator[list[tuple[int, int]]]:
+    """Byte ranges of the chosen lines, in pieces of about ``size`` bytes."""
+    cuts = np.flatnonzero(np.diff(lines.start // size)) + 1
+    for a, b in pairwise([0, *cuts.tolist(), len(lines.start)]):
+        yield [(int(lines.start[a + i]), int(lines.end[a + j - 1])) for i, j in runs(chosen[a:b])]
