@@ -31,6 +31,8 @@ class Stream:
         May come into use: not flagged, not repeated.
     floor : float
         Standard deviation below which its noise cannot lie: that of its rounding.
+    judged : bool
+        Its samples were held against the motion before.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Stream:
     candidate: BoolArray
     sigma: float = float("nan")
     floor: float = 0.0
+    judged: bool = False
 
 
 def inside(t: FloatArray, segments: Segments) -> IntArray:

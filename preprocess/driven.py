@@ -43,13 +43,14 @@ def smooth_heading(
     cleaned = with_verdicts(streams, first)
     if driven is None or not explains(cleaned, driven, first.levels, segments):
         return smooth_chain(cleaned, segments, wanted, inputs, beside=beside)
-    rest = smooth_chain(less(cleaned, driven), segments, np.empty(0), inputs, beside=beside)
+    anew = tuple(replace(s, judged=False) for s in less(cleaned, driven))
+    rest = smooth_chain(anew, segments, np.empty(0), inputs, beside=beside)
     return smooth_chain(as_judged(streams, rest), segments, wanted, inputs, beside=beside, rounds=0)
 
 
 def with_verdicts(streams: tuple[Stream, ...], chain: ChainResult) -> tuple[Stream, ...]:
     """The streams with the samples in use that a chain used; others may come back."""
-    return tuple(replace(s, good=c.good) for s, c in zip(streams, chain.streams, strict=True))
+    return tuple(replace(s, good=c.good, judged=True) for s, c in zip(streams, chain.streams, strict=True))
 
 
 def as_judged(streams: tuple[Stream, ...], chain: ChainResult) -> tuple[Stream, ...]:

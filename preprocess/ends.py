@@ -69,9 +69,9 @@ def judge_ends(
 
 def _prices(limit: float, components: int) -> FloatArray:
     """Price of setting 0, 1, 2 … samples aside; (OUTERMOST + 1,)."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    further = float(chi2.isf(FALSE_ALARMS_BESIDE, components))
+    further = float(chdtri(components, FALSE_ALARMS_BESIDE))
     return np.append(0.0, limit**2 + further * np.arange(OUTERMOST, dtype=float))
 
 

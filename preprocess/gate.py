@@ -30,17 +30,17 @@ REACH = 3
 
 def threshold(components: int) -> float:
     """Length of a standardised residual that only ``FALSE_ALARMS`` of good samples exceed."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    return float(np.sqrt(chi2.isf(FALSE_ALARMS, components)))
+    return float(np.sqrt(chdtri(components, FALSE_ALARMS)))
 
 
 def truncation(components: int) -> float:
     """Return what is left of a standard deviation when the tails beyond the threshold are cut off."""
-    from scipy.stats import chi2
+    from scipy.special import chdtr
 
     limit = threshold(components) ** 2
-    return float(np.sqrt(chi2.cdf(limit, components + 2) / chi2.cdf(limit, components)))
+    return float(np.sqrt(chdtr(components + 2, limit) / chdtr(components, limit)))
 
 
 def gate(
@@ -108,9 +108,9 @@ def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> Floa
     outlier.
     """
     from scipy.ndimage import median_filter
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    usual = np.sqrt(chi2.median(assembled.rows.value.shape[1]))
+    usual = np.sqrt(chdtri(assembled.rows.value.shape[1], 0.5))
     out = np.ones(len(size))
     for k in range(int(assembled.stream.max(initial=-1)) + 1):
         mine = np.flatnonzero(assembled.stream == k)
@@ -135,4 +135,4 @@ def _with_good(s: Stream, k: int, assembled: Assembled, aside: BoolArray) -> Str
     good = s.candidate.copy()
     mine = assembled.stream == k
     good[assembled.sample[mine]] = ~aside[mine]
-    return replace(s, good=good)
+    return replace(s, good=good, judged=True)

@@ -159,6 +159,8 @@ def find_any_drive(
 
 def without_jumps(stream: Stream) -> Stream:
     """Set the grossest outliers aside before anything is estimated; they are tried again later."""
+    if stream.judged:
+        return stream
     jumps = np.zeros(len(stream.t), dtype=bool)
     use = np.flatnonzero(stream.good)
     jumps[use] = sliding_three_sigma(stream.t[use], stream.value[use], k=GROSS, rounds=2)
