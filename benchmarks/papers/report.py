@@ -1,0 +1,41 @@
+"""What the commands share with the reader: their options, and medians with their spread."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.estimators.estimate import FloatArray
+
+
+@dataclass(frozen=True)
+class Options:
+    """How many draws of the noise, and whether only to see that it works."""
+
+    seeds: int
+    quick: bool
+
+
+def command_line(description: str | None, seeds: int = 5) -> Options:
+    """Read ``--seeds`` and ``--quick``."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=seeds, help="draws of the noise; medians and spread")
+    parser.add_argument(
+        "--quick", action="store_true", help="one draw, short runs: only to see that it works"
+    )
+    chosen = parser.parse_args()
+    return Options(1 if chosen.quick else chosen.seeds, chosen.quick)
+
+
+def spread(values: FloatArray, form: str = ".4g") -> str:
+    """Median of the draws, and in brackets the least and the greatest."""
+    values = np.asarray(values, dtype=float)
+    middle = f"{np.median(values):{form}}"
+    return middle if len(values) < 2 else f"{middle} ({values.min():{form}}..{values.max():{form}})"
+
+
+def row(name: str, cells: list[str], width: int = 16, first: int = 24) -> None:
+    """Print one line of a table."""
+    print(f"{name:{first}}" + "".join(f"{cell:>{width}}" for cell in cells), flush=True)
