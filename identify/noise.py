@@ -7,10 +7,11 @@ density at low frequency, so that a slow error does not count as many independen
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from identify import kernel
 from identify.output_error import Solution
@@ -61,13 +62,18 @@ def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     n = sum(e.size for _, e in errors)
     interval = float(np.median(np.concatenate([np.diff(t) for t, _ in errors])))
     lags = max(2, min(int(MEMORY / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
-    covariance = (
-        np.array([sum(float(np.sum(e[k:] * e[: len(e) - k])) for _, e in errors) for k in range(lags)]) / n
-    )
+    covariance = _autocovariance([c for _, e in errors for c in e.T], lags) / n
     noise = 2.0 * covariance[0] / np.sqrt(n)
     died = np.nonzero(covariance[1:] < noise)[0]
     last = 1 + (int(died[0]) if len(died) else lags - 1)
     return float(np.sqrt(max(covariance[0] + 2.0 * covariance[1:last].sum(), 0.0)))
+
+
+def _autocovariance(series: Sequence[FloatArray], lags: int) -> FloatArray:
+    """Sums (lags,) of products of each series with itself so many samples later, none across their ends."""
+    apart = np.concatenate([np.concatenate([s, np.zeros(lags)]) for s in series])
+    spectrum = np.fft.rfft(apart, next_fast_len(len(apart)))
+    return np.asarray(np.fft.irfft(np.abs(spectrum) ** 2, next_fast_len(len(apart)))[:lags], dtype=float)
 
 
 def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
