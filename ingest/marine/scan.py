@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import int64
 from numpy.typing import NDArray
 
 from ingest.compiled import compiled
@@ -23,6 +22,8 @@ Bytes = NDArray[np.uint8]
 NMEA, NMEA_UNCHECKED, UBX, RTCM3 = 0, 1, 2, 3
 #: Longest sentence that is looked for (the standard allows 82 characters, makers' own sentences are longer).
 LONGEST_SENTENCE = 1024
+#: Records per call of the compiled search.
+BLOCK = 1 << 18
 #: RTCM3 frames and UBX headers are this long around their payload.
 RTCM_OVERHEAD, UBX_OVERHEAD = 6, 8
 
@@ -61,12 +62,37 @@ def scan(data: Bytes) -> Records:
     data : (n,) uint8
         The stream.
     """
-    kind, start, end = _records(data)
+    kind, start, end = _found(data)
     unchecked = kind == NMEA_UNCHECKED
     if unchecked.sum() * 2 <= (kind <= NMEA_UNCHECKED).sum():
         kind, start, end = kind[~unchecked], start[~unchecked], end[~unchecked]
-    prefix, damage = _between(data, start, end)
-    return Records(kind, start, end, prefix, damage)
+    prefix, damage = np.empty(len(start), np.int64), np.empty((len(start) + 1, 2), np.int64)
+    holes = _between(data, start, end, prefix, damage)
+    return Records(kind, start, end, prefix, damage[:holes].copy())
+
+
+def _found(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]]:
+    """Kind, start and end of every record, block by block."""
+    size = min(BLOCK, len(data) // 8 + 16)
+    table, blocks, p = _crc24_table(), [], 0
+    while True:
+        block = np.empty(size, np.uint8), np.empty(size, np.int64), np.empty(size, np.int64)
+        count, p = _records(data, p, table, *block)
+        blocks.append(block if count == size else tuple(column[:count].copy() for column in block))
+        if count < size:
+            kind, start, end = (np.concatenate(columns) for columns in zip(*blocks, strict=True))
+            return kind, start, end
+
+
+def _crc24_table() -> NDArray[np.uint32]:
+    """CRC-24Q, as RTCM3 carries it, of each byte."""
+    crc = np.arange(256, dtype=np.uint32) << np.uint32(16)
+    for _ in range(8):
+        over = crc & np.uint32(0x800000) != 0
+        crc = np.where(
+            over, (crc << np.uint32(1) ^ np.uint32(0x1864CFB)) & np.uint32(0xFFFFFF), crc << np.uint32(1)
+        )
+    return crc.astype(np.uint32)
 
 
 @compiled
@@ -150,17 +176,6 @@ def _ubx_end(data: Bytes, p: int) -> int:
 
 
 @compiled
-def _crc24_table() -> NDArray[np.uint32]:
-    table = np.zeros(256, np.uint32)
-    for i in range(256):
-        crc = i << 16
-        for _ in range(8):
-            crc = ((crc << 1) ^ 0x1864CFB) & 0xFFFFFF if crc & 0x800000 else crc << 1
-        table[i] = crc
-    return table
-
-
-@compiled
 def _rtcm_end(data: Bytes, p: int, table: NDArray[np.uint32]) -> int:
     """End of the RTCM3 frame at ``p``, 0 where there is none."""
     if p + RTCM_OVERHEAD > len(data) or data[p + 1] & 0xFC:
@@ -179,12 +194,17 @@ def _rtcm_end(data: Bytes, p: int, table: NDArray[np.uint32]) -> int:
 
 
 @compiled
-def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]]:
-    size = len(data) // 40 + 16
-    kinds, starts, ends = np.empty(size, np.uint8), np.empty(size, np.int64), np.empty(size, np.int64)
-    table = _crc24_table()
-    count, p = 0, int64(0)  # a plain 0 would compile all that follows for that constant too
-    while p < len(data):
+def _records(
+    data: Bytes,
+    p: int,
+    table: NDArray[np.uint32],
+    kinds: NDArray[np.uint8],
+    starts: NDArray[np.int64],
+    ends: NDArray[np.int64],
+) -> tuple[int, int]:
+    """Fill in records from ``p`` on; how many, and where the search stopped."""
+    count = 0
+    while p < len(data) and count < len(kinds):
         c, end, kind = data[p], 0, NMEA
         if c in (_DOLLAR, _BANG):
             end = _sentence_end(data, p)
@@ -197,49 +217,35 @@ def _records(data: Bytes) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray
         if end == 0:
             p += 1
             continue
-        if count == size:
-            size *= 2
-            kinds, starts, ends = _grown(kinds, size), _grown(starts, size), _grown(ends, size)
         kinds[count], starts[count], ends[count] = kind, p, end
         count, p = count + 1, end
-    return kinds[:count].copy(), starts[:count].copy(), ends[:count].copy()
-
-
-@compiled
-def _grown(array, size):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    larger = np.empty(size, array.dtype)
-    for i in range(len(array)):
-        larger[i] = array[i]
-    return larger
+    return count, p
 
 
 @compiled
 def _between(
-    data: Bytes, start: NDArray[np.int64], end: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Text before each record on its line, and the ranges that are damage."""
-    n = len(start)
-    prefix = start.copy()
-    size, count = 16, 0
-    damage = np.empty((size, 2), np.int64)
+    data: Bytes,
+    start: NDArray[np.int64],
+    end: NDArray[np.int64],
+    prefix: NDArray[np.int64],
+    damage: NDArray[np.int64],
+) -> int:
+    """Fill in the text before each record on its line, and the ranges that are damage; how many those are."""
+    n, count = len(start), 0
     for i in range(n + 1):
         a = end[i - 1] if i else 0
         b = start[i] if i < n else len(data)
+        if i < n:
+            prefix[i] = b
         if b - a <= 2 and (b == a or (data[a] <= _CR and data[b - 1] <= _CR)):
             continue
         first, last, text = _judge(data, a, b, i < n, i == 0)
         if i < n:
             prefix[i] = text
         if last > first:
-            if count == size:
-                size *= 2
-                larger = np.empty((size, 2), np.int64)
-                for k in range(count):
-                    larger[k, 0], larger[k, 1] = damage[k, 0], damage[k, 1]
-                damage = larger
             damage[count, 0], damage[count, 1] = first, last
             count += 1
-    return prefix, damage[:count].copy()
+    return count
 
 
 @compiled

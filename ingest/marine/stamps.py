@@ -47,7 +47,9 @@ def host_stamps(data: Bytes, records: Records) -> Stamps | None:
     """Stamps before the records of a stream; None where fewer than half of the lines have one."""
     if not (records.prefix < records.start).any():
         return None
-    style, whole, fraction, digits = _parse_all(data, records.prefix, records.start)
+    parsed = np.zeros((4, len(records.start)), np.int64)
+    _parse_all(data, records.prefix, records.start, parsed)
+    style, whole, fraction, digits = parsed
     counts = np.bincount(style, minlength=TAG + 1)
     counts[NONE] = 0
     main = int(counts.argmax())
@@ -114,14 +116,10 @@ def _steps_back(whole: Integers, fraction: Integers, good: NDArray[np.bool_]) ->
 
 
 @compiled
-def _parse_all(data: Bytes, a: Integers, b: Integers) -> tuple[Integers, Integers, Integers, Integers]:
-    n = len(a)
-    style, whole = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    fraction, digits = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    for i in range(n):
+def _parse_all(data: Bytes, a: Integers, b: Integers, out: Integers) -> None:
+    for i in range(len(a)):
         if b[i] > a[i]:
-            style[i], whole[i], fraction[i], digits[i] = _parse(data, a[i], b[i])
-    return style, whole, fraction, digits
+            out[0, i], out[1, i], out[2, i], out[3, i] = _parse(data, a[i], b[i])
 
 
 @compiled

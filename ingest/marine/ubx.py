@@ -115,7 +115,8 @@ def definition(code: int) -> tuple[str, Mapping[str, object]]:
 
 def decode(data: Bytes, start: Integers, length: int, topic: str) -> pd.DataFrame:
     """Columns of the messages of one kind and length whose payloads begin at ``start``."""
-    block = _gather(data, start, length)
+    block = np.empty((len(start), length), np.uint8)
+    _gather(data, start, block)
     columns: dict[str, NDArray[Any]] = {}
     for column in layout(topic, length):
         values = _values(block, column)
@@ -142,11 +143,10 @@ def _values(block: Bytes, column: Column) -> NDArray[Any]:
 
 
 @compiled
-def _gather(data: Bytes, start: Integers, length: int) -> Bytes:
-    block = np.empty((len(start), length), np.uint8)
-    for i in range(len(start)):
-        block[i] = data[start[i] : start[i] + length]
-    return block
+def _gather(data: Bytes, start: Integers, block: Bytes) -> None:
+    for i in range(block.shape[0]):
+        for k in range(block.shape[1]):
+            block[i, k] = data[start[i] + k]
 
 
 @functools.lru_cache(maxsize=256)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,9 +22,6 @@ from ingest.ros.program import (
     SCALAR,
     SIZES,
     TEXT,
-    U1,
-    U2,
-    U4,
     Definitions,
     Program,
     build,
@@ -33,8 +29,8 @@ from ingest.ros.program import (
 
 Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
-#: The eight bytes of a number, seen as each type.
-Views = tuple[NDArray[Any], ...]
+#: Numbers, whole numbers, begins and ends of texts, (n, slots) each, and the lengths of the arrays.
+Slots = tuple[NDArray[np.float64], Integers, Integers, Integers, Integers]
 DEPTH = 16
 
 
@@ -67,12 +63,12 @@ def decode_cdr(
         Longest occurrence of each array, as ``array_lengths`` gives it.
     """
     program = build(definitions, name, lengths)
-    floats, integers, begins, ends, longest = _slots(program, len(start))
-    good = _walk(data, start, end, program.table, floats, integers, begins, ends, longest, SIZES)
+    slots = _slots(program, len(start))
+    good = _walked(data, start, end, program, slots)
     left_out = tuple(
         p for p in program.loops if lengths.get(p, 0) and not any(c.startswith(p) for c in _all(program))
     )
-    return Columns(_table(data, program, floats, integers, begins, ends, good), good, left_out)
+    return Columns(_table(data, program, slots, good), good, left_out)
 
 
 def array_lengths(
@@ -82,12 +78,12 @@ def array_lengths(
     program = build(definitions, name)
     if not program.loops:
         return {}
-    floats, integers, begins, ends, longest = _slots(program, len(start))
-    _walk(data, start, end, program.table, floats, integers, begins, ends, longest, SIZES)
-    return {path: int(count) for path, count in zip(program.loops, longest, strict=False)}
+    slots = _slots(program, len(start))
+    _walked(data, start, end, program, slots)
+    return {path: int(count) for path, count in zip(program.loops, slots[-1], strict=False)}
 
 
-def _slots(program: Program, n: int) -> tuple[NDArray[np.float64], Integers, Integers, Integers, Integers]:
+def _slots(program: Program, n: int) -> Slots:
     """Room for n messages, each column in one piece of memory, and for the lengths of the arrays."""
     floats = np.full((len(program.floats), n), np.nan).T
     integers = np.zeros((len(program.integers), n), np.int64).T
@@ -99,15 +95,9 @@ def _all(program: Program) -> list[str]:
     return [*program.floats, *program.texts]
 
 
-def _table(
-    data: Bytes,
-    program: Program,
-    floats: NDArray[np.float64],
-    integers: Integers,
-    begins: Integers,
-    ends: Integers,
-    good: NDArray[np.bool_],
-) -> pd.DataFrame:
+def _table(data: Bytes, program: Program, slots: Slots, good: NDArray[np.bool_]) -> pd.DataFrame:
+    floats, integers, begins, ends, _ = slots
+    data = read_only(data)
     keep = slice(None) if good.all() else good
     columns: dict[str, object] = {c: floats[keep, i] for i, c in enumerate(program.floats)}
     for i, name in enumerate(program.integers):
@@ -132,6 +122,23 @@ def with_stamps(columns: dict[str, object]) -> dict[str, object]:
     return columns
 
 
+def _walked(data: Bytes, start: Integers, end: Integers, program: Program, slots: Slots) -> NDArray[np.bool_]:
+    """Fill the slots from every message; false where one ends before its definition does; (n,)."""
+    good = np.zeros(len(start), np.bool_)
+    word = np.zeros(1, np.uint64)
+    loops = np.zeros((2, DEPTH), np.int64)
+    reals = word.view(np.float64), word.view(np.float32)
+    _walk(read_only(data), start, end, program.table, *slots, SIZES, word, *reals, loops, good)
+    return good
+
+
+def read_only(data: Bytes) -> Bytes:
+    """The same bytes, not to be written to: arrays of one kind need one compilation."""
+    view = data.view()
+    view.flags.writeable = False
+    return view
+
+
 @compiled
 def _walk(
     data: Bytes,
@@ -144,123 +151,78 @@ def _walk(
     ends: Integers,
     longest: Integers,
     sizes: Integers,
-) -> NDArray[np.bool_]:
-    """Walk over every message; false where one ends before its definition does."""
-    good = np.zeros(len(start), np.bool_)
-    scratch = np.zeros(8, np.uint8)
-    views = (
-        scratch.view(np.float64), scratch.view(np.float32), scratch.view(np.int64), scratch.view(np.int32),
-        scratch.view(np.uint32), scratch.view(np.int16), scratch.view(np.uint16), scratch.view(np.int8),
-    )  # fmt: skip
-    index, count = np.zeros(DEPTH, np.int64), np.zeros(DEPTH, np.int64)
-    for i in range(len(start)):
-        good[i] = _walk_one(
-            data,
-            start[i],
-            end[i],
-            steps,
-            i,
-            floats,
-            integers,
-            begins,
-            ends,
-            longest,
-            sizes,
-            scratch,
-            views,
-            index,
-            count,
-        )
-        if not good[i]:
-            floats[i] = np.nan
-    return good
-
-
-@compiled
-def _walk_one(
-    data: Bytes,
-    start: int,
-    end: int,
-    steps: Integers,
-    row: int,
-    floats: NDArray[np.float64],
-    integers: Integers,
-    begins: Integers,
-    ends: Integers,
-    longest: Integers,
-    sizes: Integers,
-    scratch: Bytes,
-    views: Views,
-    index: Integers,
-    count: Integers,
-) -> bool:
-    if end - start < 4 or data[start] != 0 or data[start + 1] not in (0, 1, 6, 7):
-        return False
-    little = data[start + 1] & 1 == 1
-    most = 8 if data[start + 1] < 6 else 4
-    origin, p = start + 4, start + 4
-    depth, pc = -1, 0
-    while pc < len(steps):
-        step, a, slot, stride, last = steps[pc, 0], steps[pc, 1], steps[pc, 2], steps[pc, 3], steps[pc, 4]
-        if step == SCALAR:
-            size = int(sizes[a])
-            p = _aligned(p, origin, min(size, most))
-            if p + size > end:
-                return False
-            if slot >= 0:
-                target = slot + (index[depth] * stride if stride else 0)
-                _copy(data, p, size, little, scratch)
-                if last:
-                    integers[row, target] = _integer(scratch, views, a)
+    word: NDArray[np.uint64],
+    doubles: NDArray[np.float64],
+    singles: NDArray[np.float32],
+    loops: Integers,
+    good: NDArray[np.bool_],
+) -> None:
+    """Walk over every message; ``loops`` holds index and count of each loop that is open."""
+    for row in range(len(start)):
+        p, stop = start[row], end[row]
+        if stop - p < 4 or data[p] != 0 or data[p + 1] not in (0, 1, 6, 7):
+            continue
+        little, most = data[p + 1] & 1 == 1, 8 if data[p + 1] < 6 else 4
+        p += 4
+        origin, depth, pc = p, -1, 0
+        while pc < len(steps):
+            step, a, slot, stride, last = steps[pc, 0], steps[pc, 1], steps[pc, 2], steps[pc, 3], steps[pc, 4]
+            pc += 1
+            if step == END:
+                loops[0, depth] += 1
+                if loops[0, depth] < loops[1, depth]:
+                    pc = stride + 1
                 else:
-                    floats[row, target] = _real(scratch, views, a)
-            p += size
-        elif step == LOOP:
-            often = a
-            if often < 0:
-                p = _aligned(p, origin, 4)
-                if p + 4 > end:
-                    return False
-                _copy(data, p, 4, little, scratch)
-                often = int(views[4][0])
-                p += 4
-                if often > end - p:
-                    return False
-                longest[slot] = max(longest[slot], often)
-            if often == 0:
-                pc = stride
-            elif last > 0:
-                p = _aligned(p, origin, min(last, most)) + often * last
-                if p > end:
-                    return False
-                pc = stride
+                    depth -= 1
+                continue
+            target = slot + loops[0, depth] * stride if stride and step != LOOP else slot
+            size = sizes[a] if step == SCALAR else 4
+            value = np.uint64(0)
+            if step != LOOP or a < 0:
+                p = _aligned(p, origin, min(size, most))
+                if p + size > stop:
+                    break
+                value = _bits(data, p, size, little)
+                p += size
+            if step == SCALAR:
+                if slot >= 0 and last:
+                    integers[row, target] = _signed(value, a, size)
+                elif slot >= 0:
+                    word[0] = value
+                    if a == F8:
+                        floats[row, target] = doubles[0]
+                    elif a == F4:
+                        floats[row, target] = singles[0]
+                    else:
+                        floats[row, target] = _signed(value, a, size)
+            elif step == LOOP:
+                often = np.int64(value) if a < 0 else a
+                if a < 0:
+                    if often > stop - p:
+                        break
+                    longest[slot] = max(longest[slot], often)
+                if often == 0:
+                    pc = stride + 1
+                elif last > 0:
+                    p = _aligned(p, origin, min(last, most)) + often * last
+                    if p > stop:
+                        break
+                    pc = stride + 1
+                else:
+                    depth += 1
+                    if depth >= DEPTH:
+                        break
+                    loops[0, depth], loops[1, depth] = 0, often
             else:
-                depth += 1
-                if depth >= DEPTH:
-                    return False
-                index[depth], count[depth] = 0, often
-        elif step == END:
-            index[depth] += 1
-            if index[depth] < count[depth]:
-                pc = stride
-            else:
-                depth -= 1
+                room = np.int64(value) * (1 if step == TEXT else 2)
+                if p + room > stop:
+                    break
+                if slot >= 0:
+                    zero = room > 0 and data[p + room - 1] == 0
+                    begins[row, target], ends[row, target] = p, p + room - (1 if zero else 0)
+                p += room
         else:
-            p = _aligned(p, origin, 4)
-            if p + 4 > end:
-                return False
-            _copy(data, p, 4, little, scratch)
-            size = int(views[4][0]) * (1 if step == TEXT else 2)
-            p += 4
-            if p + size > end:
-                return False
-            if slot >= 0:
-                target = slot + (index[depth] * stride if stride else 0)
-                zero = size > 0 and data[p + size - 1] == 0
-                begins[row, target], ends[row, target] = p, p + size - (1 if zero else 0)
-            p += size
-        pc += 1
-    return True
+            good[row] = True
 
 
 @compiled
@@ -270,32 +232,19 @@ def _aligned(p: int, origin: int, size: int) -> int:
 
 
 @compiled
-def _copy(data: Bytes, p: int, size: int, little: bool, scratch: Bytes) -> None:
+def _bits(data: Bytes, p: int, size: int, little: bool) -> np.uint64:
+    """The bytes at ``p`` as one unsigned number."""
+    value = np.uint64(0)
     for k in range(size):
-        scratch[k] = data[p + k] if little else data[p + size - 1 - k]
+        value = (value << np.uint64(8)) | np.uint64(data[p + size - 1 - k] if little else data[p + k])
+    return value
 
 
 @compiled
-def _integer(scratch: Bytes, views: Views, code: int) -> int:
-    if code == I4:
-        return int(views[3][0])
-    if code == U4:
-        return int(views[4][0])
-    if code == U1:
-        return int(scratch[0])
-    if code == I1:
-        return int(views[7][0])
-    if code == I2:
-        return int(views[5][0])
-    if code == U2:
-        return int(views[6][0])
-    return int(views[2][0])
-
-
-@compiled
-def _real(scratch: Bytes, views: Views, code: int) -> float:
-    if code == F8:
-        return float(views[0][0])
-    if code == F4:
-        return float(views[1][0])
-    return float(_integer(scratch, views, code))
+def _signed(value: np.uint64, code: int, size: int) -> int:
+    """An unsigned number of ``size`` bytes as what its type stands for."""
+    whole = np.int64(value)
+    if code in (I1, I2, I4):
+        shift = 64 - 8 * size
+        whole = (whole << shift) >> shift
+    return int(whole)

@@ -41,31 +41,44 @@ def end_of_run(data: Bytes, p: int) -> int:
     return p
 
 
-@compiled
 def scan_records(data: Bytes) -> tuple[Integers, Integers, Integers, Integers, Integers]:
-    """Messages of a run of records, and where schemas and channels are; a garbled record is stepped over."""
+    """Messages of a run of records, and where schemas and channels are; a garbled record is stepped over.
+
+    Returns
+    -------
+    channel, start, end, time : (n,) int64
+        Of the messages.
+    others : (m,) int64
+    """
     size = len(data) // (PREFIX + MESSAGE_HEAD) + 16
-    channel, start, end = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
-    times, others = np.empty(size, np.int64), np.empty(size, np.int64)
+    messages, others = np.empty((4, size), np.int64), np.empty(size, np.int64)
+    n, m = _scan_records(data, messages, others)
+    channel, start, end, times = (column[:n].copy() for column in messages)
+    return channel, start, end, times, others[:m].copy()
+
+
+@compiled
+def _scan_records(data: Bytes, messages: Integers, others: Integers) -> tuple[int, int]:
+    size = len(others)
     n = m = p = before = 0
     while p + PREFIX <= len(data) and n < size:
         length = length_at(data, p + 1)
         if length < 0 or length > len(data) - p - PREFIX or not 1 <= data[p] <= LAST_OPCODE:
-            p = next_message(data, max(before, 0) + 1, times[max(0, n - 3)] if n else 0)
+            p = next_message(data, max(before, 0) + 1, messages[3, max(0, n - 3)] if n else 0)
             before = p
             continue
         if data[p] == MESSAGE and length >= MESSAGE_HEAD:
             body = p + PREFIX
-            channel[n] = data[body] + 256 * np.int64(data[body + 1])
-            times[n] = length_at(data, body + 6)
-            start[n], end[n] = body + MESSAGE_HEAD, body + length
+            messages[0, n] = data[body] + 256 * np.int64(data[body + 1])
+            messages[3, n] = length_at(data, body + 6)
+            messages[1, n], messages[2, n] = body + MESSAGE_HEAD, body + length
             n += 1
         elif (data[p] == SCHEMA or data[p] == CHANNEL) and m < size:
             others[m] = p
             m += 1
         before = p
         p += PREFIX + length
-    return channel[:n].copy(), start[:n].copy(), end[:n].copy(), times[:n].copy(), others[:m].copy()
+    return n, m
 
 
 @compiled
