@@ -15,6 +15,8 @@ NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
 NEWLINE, RETURN, SPACE, TAB, HASH, OPEN, CLOSE, POINT = 10, 13, 32, 9, 35, 40, 41, 46
 MOST_CHANNELS = 64
 LONGEST_NAME = 16
+#: Room for damaged stretches to begin with.
+FEW = 4096
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -102,6 +104,8 @@ def read_data(text: NDArray[np.uint8], i: int, out: NDArray[np.uint8]) -> tuple[
     """Data bytes at ``i`` into ``out``: how many (−1: not whole bytes, or too many), and where they end."""
     count = 0
     n = len(text)
+    for k in range(8):
+        out[k] = 0
     while i < n:
         high = hex_digit(text[i])
         if high < 0:
@@ -169,16 +173,6 @@ def channel_index(
 
 
 @compiled
-def count_bytes(text: NDArray[np.uint8], value: int) -> int:
-    """How often a byte occurs."""
-    count = 0
-    for c in text:
-        if c == value:
-            count += 1
-    return count
-
-
-@compiled
 def idle_line(text: NDArray[np.uint8], i: int, at_start: bool) -> int:
     """End of the blank stretch or comment line at ``i``; ``i`` itself if there is none."""
     n = len(text)
@@ -221,19 +215,6 @@ def read_record(
     return kind, end, stamp, identifier, digits, size, name_start, name_end
 
 
-@compiled
-def appended(spans: NDArray[np.int64], count: int, start: int, end: int) -> NDArray[np.int64]:
-    """The array with a span at place ``count``; twice as long where it was full."""
-    if count == len(spans):
-        longer = np.empty((2 * count, 2), np.int64)
-        for k in range(count):
-            longer[k, 0], longer[k, 1] = spans[k, 0], spans[k, 1]
-        spans = longer
-    spans[count, 0], spans[count, 1] = start, end
-    return spans
-
-
-@compiled
 def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     """Every record of the log style in ``text``.
 
@@ -245,13 +226,44 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
     other : int
         Number of remote, error and CAN FD frames.
     """
-    most = count_bytes(text, OPEN) + 1
-    time_ns, can_id = np.empty(most, np.int64), np.empty(most, np.uint32)
-    extended, doubtful = np.empty(most, np.bool_), np.empty(most, np.bool_)
-    channel, dlc = np.empty(most, np.int16), np.empty(most, np.uint8)
-    data = np.zeros((most, 8), np.uint8)
-    names = np.empty((MOST_CHANNELS, 2), np.int64)
-    spans, damaged = np.empty((64, 2), np.int64), np.empty((64, 2), np.int64)
+    most = int(np.count_nonzero(text == OPEN)) + 1
+    columns = (
+        np.empty(most, np.int64), np.empty(most, np.uint32), np.empty(most, np.bool_), np.empty(most, np.int16),
+        np.empty(most, np.uint8), np.empty((most, 8), np.uint8), np.empty(most, np.bool_),
+    )  # fmt: skip
+    names, room = np.empty((MOST_CHANNELS, 2), np.int64), FEW
+    while True:
+        spans, damaged = np.empty((room, 2), np.int64), np.empty((room, 2), np.int64)
+        count, doubts, channels, holes, other = fill(text, *columns, spans, names, damaged)
+        if max(doubts, holes) <= room:
+            break
+        room = max(doubts, holes)
+    return (*(c[:count] for c in columns), spans[:doubts], names[:channels], damaged[:holes], int(other))
+
+
+@compiled
+def noted(spans: NDArray[np.int64], count: int, start: int, end: int) -> int:
+    """Put a span at place ``count`` if there is room; the next place."""
+    if count < len(spans):
+        spans[count, 0], spans[count, 1] = start, end
+    return count + 1
+
+
+@compiled
+def fill(
+    text: NDArray[np.uint8],
+    time_ns: NDArray[np.int64],
+    can_id: NDArray[np.uint32],
+    extended: NDArray[np.bool_],
+    channel: NDArray[np.int16],
+    dlc: NDArray[np.uint8],
+    data: NDArray[np.uint8],
+    doubtful: NDArray[np.bool_],
+    spans: NDArray[np.int64],
+    names: NDArray[np.int64],
+    damaged: NDArray[np.int64],
+) -> tuple[int, int, int, int, int]:
+    """Fill the columns; numbers of records, doubtful ones, channels, damaged stretches and other frames."""
     zero = int64(0)  # a plain 0 would compile all that follows for that constant too
     n, i, k, channels, doubts, holes, other = len(text), zero, zero, zero, zero, zero, zero
     bad = zero - 1  # where the damaged stretch that is under way began
@@ -263,27 +275,21 @@ def scan(text: NDArray[np.uint8]) -> tuple[Any, ...]:
             end = idle_line(text, i, i == 0 or text[i - 1] == NEWLINE)
         if end == i:  # neither a record nor blank
             bad = i if bad < 0 else bad
-            data[k, :] = 0
             i += 1
             continue
         if bad >= 0 and (kind != NOTHING or text[i] == NEWLINE):
-            damaged = appended(damaged, holes, bad, i)
-            holes += 1
-            bad = -1
+            holes = noted(damaged, holes, bad, i)
+            bad = zero - 1
         if kind == OTHER:
             other += 1
-            data[k, :] = 0
         elif kind != NOTHING:
             time_ns[k], can_id[k], extended[k] = stamp, identifier, digits == 8
             dlc[k], doubtful[k] = size, kind == DOUBTFUL
             if kind == DOUBTFUL:
-                spans = appended(spans, doubts, i, end)
-                doubts += 1
+                doubts = noted(spans, doubts, i, end)
             channel[k], channels = channel_index(text, name_start, name_end, names, channels)
             k += 1
         i = end
     if bad >= 0:
-        damaged = appended(damaged, holes, bad, n)
-        holes += 1
-    columns = (time_ns[:k], can_id[:k], extended[:k], channel[:k], dlc[:k], data[:k], doubtful[:k])
-    return (*columns, spans[:doubts], names[:channels], damaged[:holes], other)
+        holes = noted(damaged, holes, bad, n)
+    return k, doubts, channels, holes, other
