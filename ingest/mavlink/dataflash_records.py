@@ -156,15 +156,27 @@ def scan(data: memoryview | bytes) -> Records:
     return Records(*(np.ascontiguousarray(found[name]) for name in ("start", "kind", "length", "weak")))
 
 
-@compiled
 def gather_times(
     b: NDArray[np.uint8], start: NDArray[np.int64], kind: NDArray[np.uint8], width: NDArray[np.int64]
-) -> NDArray[np.int64]:  # pragma: no cover - compiled
+) -> NDArray[np.int64]:
     """Nanoseconds from the first field of each record; −1 where it has no time.
 
     ``width`` by type: 8 for TimeUS (microseconds), 4 for TimeMS (milliseconds), 0 for none.
     """
     out = np.full(len(start), -1, dtype=np.int64)
+    fill_times(b, start, kind, width, out)
+    return out
+
+
+@compiled
+def fill_times(
+    b: NDArray[np.uint8],
+    start: NDArray[np.int64],
+    kind: NDArray[np.uint8],
+    width: NDArray[np.int64],
+    out: NDArray[np.int64],
+) -> None:  # pragma: no cover - compiled
+    """Fill in ``out`` where there is a time."""
     for i in range(len(start)):
         w = width[kind[i]]
         if w == 0:
@@ -175,4 +187,3 @@ def gather_times(
         factor = 1_000 if w == 8 else 1_000_000
         if 0 <= value < 9_000_000_000_000_000 // (factor // 1_000):
             out[i] = value * factor
-    return out

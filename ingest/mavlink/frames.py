@@ -55,18 +55,15 @@ class Frames:
     kind: NDArray[np.int16]
 
 
-@compiled
-def crc_table() -> NDArray[np.uint16]:  # pragma: no cover - compiled
-    """Tables of CRC-16/MCRF4XX (reflected 0x1021) for four bytes at a time, one after the other."""
-    table = np.zeros(1024, dtype=np.uint16)
-    for i in range(256):
-        crc = i
-        for _ in range(8):
-            crc = (crc >> 1) ^ 0x8408 if crc & 1 else crc >> 1
-        table[i] = crc
-    for i in range(256, 1024):
-        table[i] = (table[i - 256] >> 8) ^ table[table[i - 256] & 0xFF]
-    return table
+def crc_table() -> NDArray[np.uint16]:
+    """Tables of CRC-16/MCRF4XX (reflected 0x1021) for four bytes at a time, one after the other; (1024,)."""
+    one = np.arange(256, dtype=np.uint16)
+    for _ in range(8):
+        one = np.where(one & 1, one >> 1 ^ 0x8408, one >> 1).astype(np.uint16)
+    tables = [one]
+    for _ in range(3):
+        tables.append(tables[-1] >> 8 ^ one[tables[-1] & 0xFF])
+    return np.concatenate(tables)
 
 
 @compiled
@@ -213,12 +210,18 @@ def gather_payloads(
             out[i, k] = b[start[i] + k]
 
 
-@compiled
-def gather_stamps(
-    b: NDArray[np.uint8], start: NDArray[np.int64]
-) -> NDArray[np.int64]:  # pragma: no cover - compiled
+def gather_stamps(b: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.int64]:
     """Big-endian microseconds in the eight bytes before each start, in nanoseconds; −1 for none."""
     out = np.full(len(start), -1, dtype=np.int64)
+    fill_stamps(b, start, out)
+    return out
+
+
+@compiled
+def fill_stamps(
+    b: NDArray[np.uint8], start: NDArray[np.int64], out: NDArray[np.int64]
+) -> None:  # pragma: no cover - compiled
+    """Fill in ``out`` where there is a stamp."""
     for i in range(len(start)):
         if start[i] >= 8:
             value = np.int64(0)
@@ -226,4 +229,3 @@ def gather_stamps(
                 value = value << np.int64(8) | np.int64(b[k])
             if 0 <= value < 9_000_000_000_000_000:
                 out[i] = value * 1000
-    return out

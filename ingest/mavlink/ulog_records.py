@@ -22,7 +22,7 @@ LIMITS = {
     "C": 2_048,
     "S": 8, "O": 2, "D": 65_535,
 }  # fmt: skip
-DATA, FORMAT, ADD, DROPOUT = ord("D"), ord("F"), ord("A"), ord("O")
+DATA, FORMAT, ADD, DROPOUT, SYNC, REMOVE = (ord(letter) for letter in "DFAOSR")
 #: How far into a doubtful message a better start is looked for.
 LOOK_INSIDE = 4_096
 
@@ -69,7 +69,7 @@ def total_at(
         identity = np.int64(b[p + 3]) | np.int64(b[p + 4]) << 8
         if least[identity] < 0 or not least[identity] <= size - 2 <= most[identity]:
             return 0
-    elif (kind == ord("S") or kind == DROPOUT or kind == ord("R")) and size != limits[kind]:
+    elif kind in (SYNC, DROPOUT, REMOVE) and size != limits[kind]:
         return 0
     return int(HEADER + size) if p + HEADER + size <= n else -1
 
