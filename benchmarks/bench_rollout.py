@@ -15,9 +15,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from identify import kernel
-from identify.lanes import population_in_lanes, tape_of
+from identify.lanes import population_in_lanes
 from identify.models import MODEL_BY_NAME, terms_for
 from identify.structure import Structure, structure_for
+from identify.tangents import Along, Run, padded, run_for, sensitivities
 from preprocess.vessel import Input, Vessel
 
 STEPS, STEP = 5000, 0.1
@@ -77,70 +78,86 @@ def best(function: Callable[[], object], repeats: int) -> tuple[float, float]:
 
 def one_rollout(c: Case) -> np.ndarray:
     """States (n + 1, 8) of one free run."""
-    t = c.structure.table
-    states, rates = np.empty((STEPS + 1, 8)), np.empty((STEPS + 1, 8))
-    kernel.rollout(c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, t.equation, t.which, t.product,
-                   c.coefficients, states, rates)  # fmt: skip
-    return states
+    return kernel.free_run(
+        c.structure.table.tape,
+        c.first,
+        STEP,
+        False,
+        c.channels,
+        c.slopes,
+        c.wind,
+        np.zeros(2),
+        0.5,
+        c.coefficients,
+    )
 
 
 def population(c: Case, workers: int) -> np.ndarray:
-    """States (64, n + 1, 8) of a population, shared by threads."""
-    t = c.structure.table
-    spread = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((CANDIDATES, len(c.coefficients)))
-    candidates = c.coefficients * spread
-    states = np.empty((CANDIDATES, STEPS + 1, 8))
-
-    def part(rows: np.ndarray) -> None:
-        kernel.population(c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, t.equation, t.which,
-                          t.product, candidates[rows], states[rows[0] : rows[-1] + 1])  # fmt: skip
-
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(part, np.array_split(np.arange(CANDIDATES), workers)))
-    return states
-
-
-def in_lanes(c: Case, workers: int) -> np.ndarray:
-    """The same population, eight abreast."""
-    tape = tape_of(c.structure.table)
+    """States (64, n + 1, 8) of a population, eight abreast, shared by threads."""
+    tape = c.structure.table.tape
     spread = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((CANDIDATES, len(c.coefficients)))
     parts = np.array_split(c.coefficients * spread, workers)
     with ThreadPoolExecutor(workers) as pool:
         done = pool.map(
             lambda p: population_in_lanes(
-                tape, c.first, STEP, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, p
+                tape, c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, p
             ),
             parts,
         )
         return np.concatenate(list(done))
 
 
-def with_sensitivities(c: Case) -> np.ndarray:
-    """Sensitivities (n + 1, 8, 8 + 22) of one free run: the initial state and 22 coefficients, 30 in all."""
-    t, n = c.structure.table, DIRECTIONS - kernel.NX
-    nc = c.channels.shape[1]
-    simple = np.arange(n)
-    states, rates = np.empty((STEPS + 1, 8)), np.empty((STEPS + 1, 8))
-    s, f = np.empty((STEPS + 1, 8, DIRECTIONS)), np.empty((STEPS + 1, 8, DIRECTIONS))
-    kernel.sensitivities(
-        c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, t.equation, t.which, t.product,
-        c.coefficients, simple, t.equation_of, np.zeros((0, len(c.coefficients))), np.zeros((STEPS, nc + 2, 0)),
-        np.zeros((STEPS, nc, 0)), np.zeros((2, 0)), states, rates, s, f, np.empty((STEPS, 3, nc)),
+@dataclass(frozen=True)
+class Sensitive:
+    """What a run with the sensitivities of 30 directions takes: the first state's 8 and 22 coefficients."""
+
+    case: Case
+    along: Along
+    run: Run
+    rows: np.ndarray
+
+    def __call__(self) -> np.ndarray:
+        """Sensitivities (n + 1, 8, 32)."""
+        c = self.case
+        sensitivities(c.first, 0, STEPS, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5,
+                      c.structure.table.tape.steps, self.rows, self.along, self.run)  # fmt: skip
+        return self.run.s
+
+
+def sensitive(c: Case) -> Sensitive:
+    """Places and directions for ``Sensitive``, made once."""
+    table, n, width = c.structure.table, DIRECTIONS - kernel.NX, padded(DIRECTIONS)
+    none, nothing = np.zeros(0, dtype=np.int64), np.zeros((STEPS, 0))
+    along = Along(
+        kernel.NX + np.arange(n), table.tape.value[:n].astype(np.int64), table.equation_of[:n], np.ones(n), none, none,
+        none, np.zeros(0), none, none, none, nothing, nothing, np.zeros((2, width)),
     )  # fmt: skip
-    return s
+    run = run_for(table.tape, STEPS, width, c.channels.shape[1])
+    return Sensitive(c, along, run, table.tape.rows(c.coefficients))
 
 
 def by_scipy(c: Case, rtol: float) -> np.ndarray:
-    """States (n + 1, 8) by solve_ivp RK45 with the same right-hand side, compiled too."""
-    t = c.structure.table
-    q, f, still = np.empty(14 + c.channels.shape[1]), np.empty(8), np.zeros(2)
-    flat = np.zeros(c.channels.shape[1])
+    """States (n + 1, 8) by solve_ivp RK45 with the same accelerations, compiled too."""
+    tape, still = c.structure.table.tape, np.zeros(2)
+    rows, scratch, flat = tape.rows(c.coefficients), kernel.scratch_for(tape, 1), np.zeros_like(c.channels)
 
     def rhs(time_: float, z: np.ndarray) -> np.ndarray:
-        k = min(int(time_ / STEP), STEPS - 1)
-        kernel.factors(z, c.channels[k], flat, 0.0, c.wind[k], still, 0.5, q)
-        kernel.derivative(z, still, t.equation, t.which, t.product, c.coefficients, q, f)
-        return f.copy()
+        f = np.empty(8)
+        kernel.derivative(
+            z,
+            min(int(time_ / STEP), STEPS - 1),
+            0.0,
+            c.channels,
+            flat,
+            still,
+            still,
+            0.5,
+            tape.steps,
+            rows,
+            scratch,
+            f,
+        )
+        return f
 
     end = STEPS * STEP
     return np.asarray(
@@ -159,15 +176,13 @@ def main() -> None:
     c = case()
     one = best(lambda: one_rollout(c), chosen.repeats)
     many = best(lambda: population(c, chosen.workers), max(3, chosen.repeats // 4))
-    abreast = best(lambda: in_lanes(c, chosen.workers), max(3, chosen.repeats // 4))
-    sensitive = best(lambda: with_sensitivities(c), max(3, chosen.repeats // 4))
+    tangents = best(sensitive(c), max(3, chosen.repeats // 4))
     slow = best(lambda: by_scipy(c, 1e-6), 2)
     difference = np.abs(one_rollout(c)[:, 3:6] - by_scipy(c, 1e-9)[:, 3:6]).max()
     rows = (
         ("one rollout, ms", one, 1e3, "≤ 0.5"),
         (f"per candidate of {CANDIDATES}, {chosen.workers} threads, ms", many, 1e3 / CANDIDATES, "≤ 0.15"),
-        ("the same in lanes, ms", abreast, 1e3 / CANDIDATES, "≤ 0.15"),
-        (f"sensitivities of {DIRECTIONS}, ms", sensitive, 1e3, ""),
+        (f"sensitivities of {DIRECTIONS}, ms", tangents, 1e3, ""),
         ("scipy solve_ivp, ms", slow, 1e3, ""),
     )
     print(f"{STEPS} steps, {len(c.coefficients)} terms")
@@ -176,7 +191,7 @@ def main() -> None:
         print(f"{name:44}{wall * factor:10.3f}{processor * factor:12.3f}   {aim}")
     for k, label in ((0, "wall"), (1, "processor")):
         print(f"{label}: solve_ivp / rollout {slow[k] / one[k]:.0f} (aim ≥ 400), "
-              f"sensitivities / rollout {sensitive[k] / one[k]:.1f} (aim ≤ 25)")  # fmt: skip
+              f"sensitivities / rollout {tangents[k] / one[k]:.1f} (aim ≤ 25)")  # fmt: skip
     print(f"largest difference of u, v, r from solve_ivp at 1e-9: {difference:.1e}")
 
 

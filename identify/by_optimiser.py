@@ -15,7 +15,7 @@ import numpy as np
 from identify import kernel
 from identify.base_fit import Fitted, fit_states, null_parameters, window_length
 from identify.drive import Drive, drive
-from identify.lanes import population_in_lanes, tape_of
+from identify.lanes import population_in_lanes
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, Minimum, minimise
 from identify.output_error import prior_for
@@ -86,19 +86,12 @@ class Objective:
 
 def course_states(structure: Structure, course: Course, coefficients: FloatArray) -> FloatArray:
     """States (m, steps + 1, 8) of a population of coefficients (m, terms) over one window."""
-    table, d, w = structure.table, course.drive, course.window
+    d, w = course.drive, course.window
     part = slice(w.first, w.first + w.steps)
-    if not structure.model.discrete:
-        return population_in_lanes(
-            tape_of(table), course.first, course.stretch.h, d.channels[part], d.slopes[part], d.wind[part], d.current,
-            structure.u0, coefficients,
-        )  # fmt: skip
-    states = np.empty((len(coefficients), w.steps + 1, kernel.NX))
-    kernel.population(
-        course.first, course.stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part],
-        d.current, structure.u0, table.equation, table.which, table.product, coefficients, states,
+    return population_in_lanes(
+        structure.table.tape, course.first, course.stretch.h, structure.model.discrete, d.channels[part],
+        d.slopes[part], d.wind[part], d.current, structure.u0, coefficients,
     )  # fmt: skip
-    return states
 
 
 def objective_for(problem: Problem, structure: Structure, p: FloatArray) -> Objective:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,17 +10,15 @@ import numpy as np
 
 from identify.effect import SensorShift
 from identify.forces import THRUSTING, channels, thrust
-from identify.kernel import NM
+from identify.kernel import CHANNEL, NM
+from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch, sampled
 from identify.structure import Structure
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 _CLOCKS = {"position": 5, "heading": 6, "yaw_rate": 7, "velocity": 8}
-
-#: Weights that give end less middle of the line with the same mean and first moment as the sub-steps.
-_WEIGHTS = np.full(SUBSTEPS, 1.0 / SUBSTEPS)
-_MOMENT = 6.0 * ((np.arange(SUBSTEPS) + 0.5) / SUBSTEPS - 0.5) / SUBSTEPS
 
 
 class Drive(NamedTuple):
@@ -40,16 +39,22 @@ class Drive(NamedTuple):
     factor: FloatArray
 
 
+#: Where the air's velocity stands among the places that a parameter may move.
+AIR = (12, 13)
+
+
 @dataclass(frozen=True)
 class Directions:
     """Derivatives of a drive along each general parameter (ng of them).
 
-    ``coefficients`` (ng, p), ``channels`` (n, nc + 2, ng) or (n, nc + 2, 0) where none moves, the last two for the
-    air relative to the water, ``slopes`` (n, nc, ng) likewise, ``current`` (2, ng), ``sensor`` (9, ng).
+    ``coefficients`` (ng, p), ``current`` (2, ng), ``sensor`` (9, ng). Of channels, and of the air's velocity over the
+    water, only what moves: ``driven`` (d, 2) places (``identify.kernel.CHANNEL`` on, or ``AIR``) and parameters,
+    ``values`` (n, d) the derivatives at each step and ``slopes`` (n, d) those of the lines' slopes.
     """
 
     coefficients: FloatArray
-    channels: FloatArray
+    driven: IntArray
+    values: FloatArray
     slopes: FloatArray
     current: FloatArray
     sensor: FloatArray
@@ -64,8 +69,7 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     if same_inputs is None:
         actuators = actuators_of(structure, p, values, stretch)
         fine = channels(structure.table.channels, structure.inputs, actuators, stretch.steps * SUBSTEPS)
-        parts = fine.reshape(stretch.steps, SUBSTEPS, -1)
-        mean, slope = _WEIGHTS @ parts, _MOMENT @ parts
+        mean, slope = straight_lines(fine, SUBSTEPS)
     else:
         mean, slope, fine = same_inputs[:3]
     current, air = np.zeros(2), np.zeros(2)
@@ -178,14 +182,13 @@ def _add(out: FloatArray, shift: SensorShift) -> None:
         out[_CLOCKS[stream]] += offset
 
 
-def directions(structure: Structure, p: FloatArray, stretch: Stretch) -> Directions:
-    """Derivatives of the drive along the general parameters, by central differences of the drive alone."""
+def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive) -> Directions:
+    """Derivatives of the drive ``here`` along the general parameters, by central differences of the drive alone."""
     general = structure.general
-    ng, nc = len(general), len(structure.table.channels)
-    coefficients = np.zeros((ng, len(structure.table.terms)))
-    current, sensor = np.zeros((2, ng)), np.zeros((NM, ng))
-    moving: dict[int, tuple[FloatArray, FloatArray]] = {}
-    here = drive(structure, p, stretch)
+    coefficients = np.zeros((len(general), len(structure.table.terms)))
+    current, sensor = np.zeros((2, len(general))), np.zeros((NM, len(general)))
+    driven: list[tuple[int, int]] = []
+    columns: list[tuple[FloatArray, FloatArray]] = []
     for g, k in enumerate(general):
         same = None if _moves_inputs(structure, int(k)) else here
         high, low = _moved(structure, p, int(k), 1.0), _moved(structure, p, int(k), -1.0)
@@ -194,15 +197,30 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch) -> Directi
         coefficients[g] = (up.coefficients - down.coefficients) / width
         current[:, g] = (up.current - down.current) / width
         sensor[:, g] = (up.sensor - down.sensor) / width
-        air = (up.wind - up.current - down.wind + down.current) / width
-        change = np.hstack([(up.channels - down.channels) / width, air])
-        if change.any():
-            moving[g] = change, (up.slopes - down.slopes) / width
-    by_channel = np.zeros((stretch.steps, nc + 2, ng if moving else 0))
-    by_slope = np.zeros((stretch.steps, nc, ng if moving else 0))
-    for g, (change, slope) in moving.items():
-        by_channel[:, :, g], by_slope[:, :, g] = change, slope
-    return Directions(coefficients, by_channel, by_slope, current, sensor)
+        for place, value, slope in _moving(up, down, width, same is None):
+            driven.append((place, g))
+            columns.append((value, slope))
+    empty = np.zeros((stretch.steps, 0))
+    values, slopes = (np.column_stack([empty, *(c[j] for c in columns)]) for j in (0, 1))
+    return Directions(
+        coefficients, np.array(driven, dtype=np.int64).reshape(-1, 2), values, slopes, current, sensor
+    )
+
+
+def _moving(
+    up: Drive, down: Drive, width: float, inputs: bool
+) -> Iterator[tuple[int, FloatArray, FloatArray]]:
+    """Place, derivative (n,) and derivative of the slope (n,) of everything over time that is not the same in both."""
+    if inputs:
+        value, slope = (up.channels - down.channels) / width, (up.slopes - down.slopes) / width
+        for k in np.nonzero(value.any(axis=0) | slope.any(axis=0))[0]:
+            yield CHANNEL + int(k), value[:, k], slope[:, k]
+    air = up.current - down.current
+    if air.any() or up.wind is not down.wind:
+        change = (up.wind - down.wind - air) / width
+        for place, column in zip(AIR, change.T, strict=True):
+            if column.any():
+                yield place, column, np.zeros(len(column))
 
 
 def _moves_inputs(structure: Structure, k: int) -> bool:

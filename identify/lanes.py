@@ -1,80 +1,22 @@
-"""A population in lanes: eight candidates abreast, each product of factors formed once for all equations.
-
-The terms' table is turned into a tape: a list of products of two earlier values each, in which equal parts are shared,
-and for every equation a sum over the tape. Compiled once, like the kernel; the tape is data.
-"""
+"""A population in lanes: eight candidates abreast through the same tape."""
 
 from __future__ import annotations
-
-import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
-from identify.kernel import NX
-from identify.structure import Table
-from identify.term import FACTORS
+from identify.kernel import CHANNEL, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
+from identify.simd import WIDTH, absolute, larger, load, root, splat, store
+from identify.tape import ROW, Tape
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-PlaceArray = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
-
-#: Candidates that run abreast.
-LANES = 8
-_FIRST_CHANNEL = len(FACTORS)
-_TINY = 1e-3
-
-
-@dataclass(frozen=True)
-class Tape:
-    """Products and sums that a table stands for.
-
-    Attributes
-    ----------
-    left, right : (t,)
-        Places of the two values of each product; factors and channels come first, then the products themselves.
-    begin : (6,)
-        Where each equation's summands begin.
-    place, which : (m,)
-        Of each summand: the value's place, and the coefficient that it is multiplied with.
-    """
-
-    left: PlaceArray
-    right: PlaceArray
-    begin: IntArray
-    place: PlaceArray
-    which: IntArray
-
-
-def tape_of(table: Table) -> Tape:
-    """Write a table's products as a tape."""
-    base = _FIRST_CHANNEL + len(table.channels)
-    known: dict[tuple[int, ...], int] = {}
-    pairs: list[tuple[int, int]] = []
-
-    def place(factors: tuple[int, ...]) -> int:
-        if len(factors) < 2:
-            return factors[0] if factors else 0
-        if factors not in known:
-            pair = place(factors[:-1]), factors[-1]
-            pairs.append(pair)
-            known[factors] = base + len(pairs) - 1
-        return known[factors]
-
-    places = np.array(
-        [place(tuple(sorted(int(f) for f in row if f))) for row in table.product], dtype=np.uint64
-    )
-    order = np.argsort(table.equation, kind="stable")
-    begin = np.searchsorted(table.equation[order], np.arange(6)).astype(np.int64)
-    left, right = (np.array([p[k] for p in pairs], dtype=np.uint64) for k in (0, 1))
-    return Tape(left, right, begin, places[order], np.asarray(table.which[order], dtype=np.int64))
 
 
 def population_in_lanes(
     tape: Tape,
     first: FloatArray,
     h: float,
+    euler: bool,
     channels: FloatArray,
     slopes: FloatArray,
     wind: FloatArray,
@@ -82,102 +24,132 @@ def population_in_lanes(
     u0: float,
     coefficients: FloatArray,
 ) -> FloatArray:
-    """Free runs of candidates (m, p) from the same state, by the fourth-order rule of the kernel.
+    """Free runs of candidates (m, p) from the same state, by the rule of the kernel.
 
     Returns
     -------
     (m, n + 1, 8)
         What ran away is left as it is: large, infinite or NaN.
     """
-    m, n = len(coefficients), len(channels)
-    padded = np.zeros((-(-m // LANES) * LANES, len(tape.which)))
-    padded[:m] = coefficients[:, tape.which]
-    out = np.empty((len(padded), n + 1, NX))
-    states = np.empty((n + 1, NX, LANES))
-    for k in range(0, len(padded), LANES):
-        lanes = np.ascontiguousarray(padded[k : k + LANES].T)
+    m = len(coefficients)
+    every = np.zeros((-(-m // WIDTH) * WIDTH, tape.summands * ROW))
+    for k, target in enumerate(tape.target):
+        every[:m, target] += coefficients[:, k]
+    out = np.empty((len(every), len(channels) + 1, NX))
+    used = np.unique(tape.target)
+    order = used[np.argsort(used % ROW, kind="stable")]
+    equations = np.searchsorted(order % ROW, np.arange(6)).astype(np.int64)
+    place = _places(tape)[order // ROW]
+    q = np.zeros((tape.values, WIDTH))
+    q[0] = 1.0
+    for k in range(0, len(every), WIDTH):
+        lanes = np.ascontiguousarray(every[k : k + WIDTH, order].T)
         _run(
-            first,
-            h,
-            channels,
-            slopes,
-            wind,
-            current,
-            u0,
-            tape.left,
-            tape.right,
-            tape.begin,
-            tape.place,
-            lanes,
-            states,
-        )
-        out[k : k + LANES] = states.transpose(2, 0, 1)
+            first, h, euler, channels, slopes, wind, current, u0, tape.steps, place, equations, lanes, q,
+            np.zeros((2 * NX, WIDTH)), out[k : k + WIDTH],
+        )  # fmt: skip
     return out[:m]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})  # type: ignore[untyped-decorator]
-def _factors(
-    z: FloatArray, channels: FloatArray, slopes: FloatArray, part: float, wind: FloatArray, current: FloatArray,
-    u0: float, q: FloatArray, rate: FloatArray,
-) -> None:  # fmt: skip
-    """Fill the factors ``q`` (k, LANES) at states ``z`` (8, LANES), and the rates of position and heading."""
-    for lane in range(LANES):
-        u, v = z[3, lane], z[4, lane]
-        speed = math.sqrt(u * u + v * v)
-        q[1, lane], q[2, lane], q[3, lane] = u, v, z[5, lane]
-        q[4, lane], q[5, lane], q[6, lane] = abs(u), abs(v), abs(z[5, lane])
-        q[7, lane], q[8, lane], q[9, lane] = speed, u - u0, 1.0 / max(speed, _TINY)
-        q[10, lane], q[11, lane] = z[6, lane], z[7, lane]
-    wn, we = wind[0] - current[0], wind[1] - current[1]
-    for lane in range(LANES):
-        c, s = math.cos(z[2, lane]), math.sin(z[2, lane])
-        wx, wy = wn * c + we * s - z[3, lane], -wn * s + we * c - z[4, lane]
-        air = math.sqrt(wx * wx + wy * wy)
-        q[12, lane], q[13, lane] = air * wx, air * wy
-        rate[0, lane] = z[3, lane] * c - z[4, lane] * s + current[0]
-        rate[1, lane] = z[3, lane] * s + z[4, lane] * c + current[1]
-        rate[2, lane] = z[5, lane]
-    for k in range(channels.shape[0]):
-        value = channels[k] + part * slopes[k]
-        for lane in range(LANES):
-            q[14 + k, lane] = value
+def _places(tape: Tape) -> FloatArray:
+    """Flat place in the lanes' values of what each row of coefficients is multiplied with."""
+    products = tape.steps.base + np.arange(len(tape.steps.left))
+    return WIDTH * np.concatenate([products, tape.steps.single.astype(np.int64)])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})  # type: ignore[untyped-decorator]
-def _run(
-    first: FloatArray, h: float, channels: FloatArray, slopes: FloatArray, wind: FloatArray, current: FloatArray,
-    u0: float, left: PlaceArray, right: PlaceArray, begin: IntArray, place: PlaceArray, coefficients: FloatArray,
-    states: FloatArray,
-) -> None:  # fmt: skip
-    """Fill ``states`` (n + 1, 8, LANES) for coefficients (m, LANES) in the order of the tape's summands."""
-    n = channels.shape[0]
-    q = np.zeros((14 + channels.shape[1] + left.shape[0], LANES))
-    rate = np.zeros((4, NX, LANES))
-    middle = np.empty((NX, LANES))
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, steps, q):
+    """Fill every factor and product ``q`` (values, WIDTH)."""
+    store(q, WIDTH, u)
+    store(q, 2 * WIDTH, v)
+    store(q, 3 * WIDTH, r)
+    store(q, 4 * WIDTH, absolute(u))
+    store(q, 5 * WIDTH, absolute(v))
+    store(q, 6 * WIDTH, absolute(r))
+    store(q, 8 * WIDTH, u - u0)
+    if steps.needs[0]:
+        speed = root(u * u + v * v)
+        store(q, 7 * WIDTH, speed)
+        store(q, 9 * WIDTH, splat(1.0) / larger(speed, splat(TINY)))
+    if steps.needs[1]:
+        c, s = cosine_and_sine(psi)
+        wx, wy = c * north + s * east - u, c * east - s * north - v
+        air = root(wx * wx + wy * wy)
+        store(q, 12 * WIDTH, air * wx)
+        store(q, 13 * WIDTH, air * wy)
+    if steps.needs[2]:
+        store(q, 10 * WIDTH, load(state, 6 * WIDTH))
+        store(q, 11 * WIDTH, load(state, 7 * WIDTH))
+    for k in range(channels.shape[1]):
+        store(q, (CHANNEL + k) * WIDTH, splat(channels[row, k] + part * slopes[row, k]))
+    left, right = steps.left, steps.right
+    for k in range(left.shape[0]):
+        one, other = WIDTH * np.int64(left[k]), WIDTH * np.int64(right[k])
+        store(q, (steps.base + k) * WIDTH, load(q, one) * load(q, other))
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def _run(first, h, euler, channels, slopes, wind, current, u0, steps, place, equations, lanes, q, work, out):
+    """Fill ``out`` (WIDTH, n + 1, 8); ``work`` (16, WIDTH) holds states, then the sums of their rates."""
+    n, stages = channels.shape[0], 1 if euler else 4
     for j in range(NX):
-        for lane in range(LANES):
-            states[0, j, lane] = first[j]
-    for lane in range(LANES):
-        q[0, lane] = 1.0
-    for i in range(n):
-        for stage in range(4):
-            reach = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+        store(work, j * WIDTH, splat(first[j]))
+    for i in range(n + 1):
+        for lane in range(WIDTH):
             for j in range(NX):
-                for lane in range(LANES):
-                    middle[j, lane] = states[i, j, lane] + reach * rate[max(stage - 1, 0), j, lane]
-            part = -1.0 if stage == 0 else (1.0 if stage == 3 else 0.0)
-            _factors(middle, channels[i], slopes[i], part, wind[i], current, u0, q, rate[stage])
-            for k in range(left.shape[0]):
-                for lane in range(LANES):
-                    q[14 + channels.shape[1] + k, lane] = q[left[k], lane] * q[right[k], lane]
-            for e in range(5):
-                for lane in range(LANES):
-                    rate[stage, 3 + e, lane] = 0.0
-                for k in range(begin[e], begin[e + 1]):
-                    for lane in range(LANES):
-                        rate[stage, 3 + e, lane] += coefficients[k, lane] * q[place[k], lane]
+                out[lane, i, j] = work[j, lane]
+        if i == n:
+            break
+        north, east = wind[i, 0] - current[0], wind[i, 1] - current[1]
+        zp, zu, zv = load(work, 2 * WIDTH), load(work, 3 * WIDTH), load(work, 4 * WIDTH)
+        zr, ze, zf = load(work, 5 * WIDTH), load(work, 6 * WIDTH), load(work, 7 * WIDTH)
+        kp, ku, kv, kr, ke, kf = splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)
         for j in range(NX):
-            for lane in range(LANES):
-                states[i + 1, j, lane] = states[i, j, lane] + h / 6.0 * (
-                    rate[0, j, lane] + 2.0 * rate[1, j, lane] + 2.0 * rate[2, j, lane] + rate[3, j, lane]
-                )
+            store(work, (NX + j) * WIDTH, splat(0.0))
+        for stage in range(stages):
+            reach, weight = h * REACH[stage], h if euler else h * WEIGHT[stage]
+            psi, u, v, r = zp + kp * reach, zu + ku * reach, zv + kv * reach, zr + kr * reach
+            store(work, 6 * WIDTH, ze + ke * reach)
+            store(work, 7 * WIDTH, zf + kf * reach)
+            part = 0.0 if euler else PART[stage]
+            _factors(u, v, r, psi, work, channels, slopes, i, part, north, east, u0, steps, q)
+            kp = r
+            ku, kv, kr = (
+                _sum(0, equations, place, lanes, q),
+                _sum(1, equations, place, lanes, q),
+                _sum(2, equations, place, lanes, q),
+            )
+            if steps.needs[2]:
+                ke, kf = _sum(3, equations, place, lanes, q), _sum(4, equations, place, lanes, q)
+            c, s = cosine_and_sine(psi)
+            _add(work, 8, (u * c - v * s + current[0]) * weight)
+            _add(work, 9, (u * s + v * c + current[1]) * weight)
+            _add(work, 10, kp * weight)
+            _add(work, 11, ku * weight)
+            _add(work, 12, kv * weight)
+            _add(work, 13, kr * weight)
+            _add(work, 14, ke * weight)
+            _add(work, 15, kf * weight)
+        store(work, 6 * WIDTH, ze)
+        store(work, 7 * WIDTH, zf)
+        for j in range(NX):
+            _add(work, j, load(work, (NX + j) * WIDTH))
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _add(work, j, value):
+    """Add to one of the rows."""
+    store(work, j * WIDTH, load(work, j * WIDTH) + value)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _sum(equation, equations, place, lanes, q):
+    """One acceleration: its coefficients (m, WIDTH) times their values."""
+    one, other = splat(0.0), splat(0.0)
+    begin, end = equations[equation], equations[equation + 1]
+    for k in range(begin, end - 1, 2):
+        one = one + load(lanes, k * WIDTH) * load(q, place[k])
+        other = other + load(lanes, (k + 1) * WIDTH) * load(q, place[k + 1])
+    if (end - begin) % 2:
+        one = one + load(lanes, (end - 1) * WIDTH) * load(q, place[end - 1])
+    return one + other

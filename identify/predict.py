@@ -52,13 +52,18 @@ def run(
     """States (steps + 1, 8) of the vessel from ``first`` (8,) at grid point ``begin``; NaN after running away."""
     steps = stretch.steps - begin if steps is None else steps
     part = slice(begin, begin + steps)
-    table = structure.table
-    states, rates = np.empty((steps + 1, kernel.NX)), np.empty((steps + 1, kernel.NX))
-    kernel.rollout(
-        first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
-        structure.u0, table.equation, table.which, table.product, d.coefficients, states, rates,
+    return kernel.free_run(
+        structure.table.tape, first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part],
+        d.wind[part], d.current, structure.u0, d.coefficients,
     )  # fmt: skip
-    return states
+
+
+def accelerations_at(structure: Structure, d: Drive, state: FloatArray, step: int) -> FloatArray:
+    """Accelerations (5,) of u, v, r, e1, e2 that the model gives in a state (8,), driven as a step begins."""
+    channels = d.channels[step] - d.slopes[step]
+    return kernel.accelerations_at(
+        structure.table.tape, state, channels, d.wind[step], d.current, structure.u0, d.coefficients
+    )
 
 
 def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) -> FloatArray:

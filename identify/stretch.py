@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
+from identify.resample import at_middles, means_of_held
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -149,10 +150,5 @@ def sampled(m: Measurement, edges: FloatArray) -> FloatArray:
     t, value = m.t[m.good], m.value[m.good]
     if len(t) == 0:
         return np.zeros(len(edges) - 1)
-    if not m.held:
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        return np.asarray(np.interp(middle, t, value), dtype=float)
-    integral = np.concatenate([[0.0], np.cumsum(value[:-1] * np.diff(t))])
-    before, after = np.minimum(edges - t[0], 0.0) * value[0], np.maximum(edges - t[-1], 0.0) * value[-1]
-    total = np.interp(edges, t, integral) + before + after
-    return np.asarray(np.diff(total) / np.diff(edges), dtype=float)
+    mean = means_of_held if m.held else at_middles
+    return np.asarray(mean(t, value, edges), dtype=float)

@@ -10,6 +10,7 @@ import numpy as np
 from identify.effect import Active, Parameter, Setting
 from identify.forces import channel_names
 from identify.models import MODEL_BY_NAME, Model, terms_for
+from identify.tape import Tape, tape_of
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
 from ingest.errors import UsageError
 from preprocess.vessel import Input, Vessel
@@ -46,6 +47,11 @@ class Table:
     which: IntArray
     product: IntArray
     channels: tuple[str, ...]
+
+    @cached_property
+    def tape(self) -> Tape:
+        """The same as products and sums in order, as the compiled code takes it."""
+        return tape_of(self.product, self.equation, len(self.channels))
 
     @cached_property
     def equation_of(self) -> IntArray:
@@ -86,11 +92,13 @@ class Structure:
     @cached_property
     def table(self) -> Table:
         """Terms of the model, then of each effect (free ones, then those with given coefficients)."""
-        names = channel_names(self.inputs)
+        factors = [factors_of(t.text) for t in self._terms]
+        used = set().union(*factors)
+        names = tuple(n for n in channel_names(self.inputs) if n in used)
         index = {f: k for k, f in enumerate((*FACTORS, *names))}
         product = np.zeros((len(self._terms), MOST_FACTORS), dtype=np.int64)
-        for row, term in zip(product, self._terms, strict=True):
-            places = [index[f] for f in factors_of(term.text) if f != "1"]
+        for row, mine in zip(product, factors, strict=True):
+            places = [index[f] for f in mine if f != "1"]
             row[: len(places)] = places
         equation = np.array([_EQUATION[t.dof] for t in self._terms], dtype=np.int64)
         return Table(self._terms, equation, np.arange(len(self._terms)), product, names)

@@ -12,9 +12,11 @@ from scipy.linalg import expm
 
 from identify import kernel
 from identify.drive import Directions, Drive, directions, drive
+from identify.measure import BATCH, Motion, Sensing, moments_of_windows
 from identify.regression import through_water
-from identify.stretch import SUBSTEPS, IntArray, Stretch
+from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
+from identify.tangents import Along, padded, run_for
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -134,82 +136,93 @@ def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatA
 
 def moments(problem: Problem, structure: Structure, p: FloatArray, first: FloatArray) -> Moments:
     """Predict every window and form its moments with respect to its first state and all parameters."""
-    prepared = [(drive(structure, p, s), directions(structure, p, s)) for s in problem.stretches]
+    drives = [drive(structure, p, s) for s in problem.stretches]
     if structure.has_following_states:
-        follow = [
-            following_states(structure, d, s) for (d, _), s in zip(prepared, problem.stretches, strict=True)
-        ]
+        follow = [following_states(structure, d, s) for d, s in zip(drives, problem.stretches, strict=True)]
         first = first.copy()
         first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
-
-    def one(k: int) -> tuple[FloatArray, FloatArray]:
-        w = problem.windows[k]
-        return _window(problem, structure, w, first[k], *prepared[w.stretch])
-
+    along = [
+        along_of(structure, directions(structure, p, s, d), d)
+        for d, s in zip(drives, problem.stretches, strict=True)
+    ]
+    shares = [
+        (drives[k], along[k], np.array(part)) for k in range(len(drives)) for part in _shares(problem, k)
+    ]
     with ThreadPoolExecutor(problem.workers) as pool:
-        results = list(pool.map(one, range(len(problem.windows))))
-    return Moments(np.array([m for m, _ in results]), tuple(r for _, r in results))
+        done = list(pool.map(lambda share: _of_windows(problem, structure, first, *share), shares))
+    matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
+    residuals: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
+    for (_, _, numbers), (found, errors) in zip(shares, done, strict=True):
+        matrices[numbers] = found
+        for k in numbers:
+            residuals[k] = errors[problem.windows[k].samples]
+    return Moments(matrices, tuple(residuals))
 
 
-def _window(
-    problem: Problem, structure: Structure, w: Window, first: FloatArray, d: Drive, along: Directions
+def _shares(problem: Problem, stretch: int) -> list[list[int]]:
+    """The windows of a stretch, shared among the workers."""
+    mine = [k for k, w in enumerate(problem.windows) if w.stretch == stretch]
+    size = max(1, -(-len(mine) // problem.workers))
+    return [mine[k : k + size] for k in range(0, len(mine), size)]
+
+
+def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, FloatArray]:
+    """The directions of all parameters, in the order of the slots after the first state, for the compiled code.
+
+    The second, (9, width), are the derivatives of the sensors' parameters along them.
+    """
+    tape, equation = structure.table.tape, structure.table.equation_of
+    simple, general = structure.simple, structure.general
+    plain = np.array([structure.slots[k].coefficient for k in simple], dtype=np.int64)
+    moved, which = np.nonzero(d.coefficients)
+    value = tape.value.astype(np.int64)
+    width = padded(kernel.NX + len(structure.slots) + 1)
+    current, sensor = np.zeros((2, width)), np.zeros((kernel.NM, width))
+    current[:, kernel.NX + general], sensor[:, kernel.NX + general] = d.current, d.sensor
+    along = Along(
+        kernel.NX + simple, value[plain], equation[plain], here.factor[plain], kernel.NX + general[moved], value[which],
+        equation[which], d.coefficients[moved, which], kernel.NX + general, d.driven[:, 0].copy(),
+        kernel.NX + general[d.driven[:, 1]], d.values, d.slopes, current,
+    )  # fmt: skip
+    return along, sensor
+
+
+def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
+    """What drives a stretch, for the compiled code."""
+    rows = structure.table.tape.rows(d.coefficients)
+    discrete = structure.model.discrete
+    return Motion(h, discrete, structure.u0, d.channels, d.slopes, d.fine, d.wind, d.current, rows)
+
+
+def _of_windows(
+    problem: Problem,
+    structure: Structure,
+    first: FloatArray,
+    d: Drive,
+    along: tuple[Along, FloatArray],
+    part: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
-    table, stretch = structure.table, problem.stretches[w.stretch]
-    part = slice(w.first, w.first + w.steps)
-    simple = np.array([structure.slots[k].coefficient for k in structure.simple], dtype=np.int64)
-    nd = kernel.NX + len(simple) + len(structure.general)
-    states, rates = np.empty((w.steps + 1, kernel.NX)), np.empty((w.steps + 1, kernel.NX))
-    s_all, f_all = np.empty((w.steps + 1, kernel.NX, nd)), np.empty((w.steps + 1, kernel.NX, nd))
-    by_all = np.empty((w.steps, 3, d.channels.shape[1]))
-    done = kernel.sensitivities(
-        first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part], d.current,
-        structure.u0, table.equation, table.which, table.product, d.coefficients, simple, table.equation_of,
-        along.coefficients, along.channels[part], along.slopes[part], along.current, states, rates, s_all, f_all,
-        by_all,
+    """Moments of some windows of one stretch, and the errors (m, 2) of its samples there."""
+    windows = [problem.windows[k] for k in part]
+    stretch, tape = problem.stretches[windows[0].stretch], structure.table.tape
+    begin, length = (np.array([getattr(w, n) for w in windows], dtype=np.int64) for n in ("first", "steps"))
+    samples = np.array([(w.samples.start, w.samples.stop) for w in windows], dtype=np.int64)
+    columns = kernel.NX + len(structure.slots) + 1
+    width = padded(columns)
+    found, errors = np.empty((len(part), columns, columns)), np.zeros((len(stretch.samples.t), 2))
+    moments_of_windows(
+        np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
+        along[0], _sensing(problem, stretch, d.sensor, along[1]),
+        run_for(tape, int(length.max()), width, d.channels.shape[1]), np.zeros((BATCH, width)),
+        np.zeros((width, width)), found, errors,
     )  # fmt: skip
-    moment = np.zeros((nd + 1, nd + 1))
-    residual = np.zeros((w.samples.stop - w.samples.start, 2))
-    if done < w.steps:
-        moment[-1, -1] = np.nan
-        return moment, residual
-    step, fraction, kind, observed, weight = _rows(problem, w, d.sensor)
-    sensor = np.zeros((kernel.NM, nd))
-    sensor[:, kernel.NX + len(simple) :] = along.sensor
-    kernel.normal_equations(
-        stretch.h, states, rates, s_all, f_all, by_all, step, fraction, kind, observed, weight,
-        _within(d, w, stretch.h, step, fraction),         d.sensor, sensor, sensor.any(axis=1), moment, residual,
-    )  # fmt: skip
-    return _ordered(structure, moment, d.factor[simple]), residual
+    return found, errors
 
 
-def _rows(
-    problem: Problem, w: Window, sensor: FloatArray
-) -> tuple[IntArray, FloatArray, IntArray, FloatArray, FloatArray]:
-    """Place of every sample of a window on its grid, each stream's clock offset taken off."""
-    stretch, samples = problem.stretches[w.stretch], problem.stretches[w.stretch].samples
-    kind = samples.kind[w.samples]
-    t = samples.t[w.samples] - sensor[5:9][kind] - (stretch.start + stretch.h * w.first)
-    place = t / stretch.h
-    step = np.clip(np.floor(place).astype(np.int64), 0, w.steps - 1)
-    weight = 1.0 / (samples.sigma[w.samples] * problem.inflation[kind])
-    return step, place - step, kind, samples.value[w.samples], weight
-
-
-def _within(d: Drive, w: Window, h: float, step: IntArray, fraction: FloatArray) -> FloatArray:
-    """Integral of each channel (m, nc) from its step's begin to the sample, less that of the step's straight line."""
-    nc = d.channels.shape[1]
-    parts = d.fine.reshape(-1, SUBSTEPS, nc)[w.first + step]
-    x = np.clip(fraction, 0.0, 1.0)[:, None]
-    covered = np.clip(x * SUBSTEPS - np.arange(SUBSTEPS), 0.0, 1.0) / SUBSTEPS
-    line = d.channels[w.first + step] * x + d.slopes[w.first + step] * (x * x - x)
-    return np.asarray(h * (np.einsum("ms,msc->mc", covered, parts) - line), dtype=float)
-
-
-def _ordered(structure: Structure, moment: FloatArray, factor: FloatArray) -> FloatArray:
-    """Full symmetric moment matrix, parameters in the order of the slots, loading's factor on their columns."""
-    scale = np.ones(len(moment))
-    scale[kernel.NX : kernel.NX + len(factor)] = factor
-    full = (moment + np.triu(moment, 1).T) * scale * scale[:, None]
-    order = np.concatenate([structure.simple, structure.general]).argsort()
-    columns = np.concatenate([np.arange(kernel.NX), kernel.NX + order, [len(full) - 1]])
-    return np.asarray(full[np.ix_(columns, columns)], dtype=float)
+def _sensing(problem: Problem, stretch: Stretch, sensor: FloatArray, along: FloatArray) -> Sensing:
+    """A stretch's samples on its grid, each stream's clock offset taken off."""
+    samples = stretch.samples
+    t = samples.t - sensor[5:9][samples.kind] - stretch.start
+    weight = 1.0 / (samples.sigma * problem.inflation[samples.kind])
+    used = np.asarray(along.any(axis=1), dtype=np.int64)
+    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used)

@@ -5,16 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
+from numba import njit
 from scipy.integrate import solve_ivp
 
-from identify import kernel
+from identify import kernel, tangents
 from identify.drive import directions, drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
-from identify.lanes import population_in_lanes, tape_of
+from identify.lanes import population_in_lanes
 from identify.models import MODELS
 from identify.predict import run
+from identify.simd import load, store
 from identify.stretch import Samples, Stretch
+from identify.tangents import padded, run_for
+from identify.term import factors_of
+from identify.windows import along_of
 from preprocess.trial import Measurement
 
 STEPS, STEP = 60, 0.1
@@ -70,19 +75,16 @@ FIRST = np.array([1.0, -2.0, 0.7, 0.9, 0.1, -0.15, 0.02, -0.01])
 
 
 def sensitivities(structure, p, stretch, first):
-    """States, and their derivatives along (first state, simple, general) as the kernel carries them."""
-    table, d, along = structure.table, drive(structure, p, stretch), directions(structure, p, stretch)
-    simple = np.array([structure.slots[k].coefficient for k in structure.simple], dtype=np.int64)
-    nd = kernel.NX + len(simple) + len(structure.general)
-    states, rates = np.empty((STEPS + 1, 8)), np.empty((STEPS + 1, 8))
-    s, f = np.empty((STEPS + 1, 8, nd)), np.empty((STEPS + 1, 8, nd))
-    done = kernel.sensitivities(
-        first, STEP, structure.model.discrete, d.channels, d.slopes, d.wind, d.current, structure.u0, table.equation,
-        table.which, table.product, d.coefficients, simple, table.equation_of, along.coefficients, along.channels,
-        along.slopes, along.current, states, rates, s, f, np.empty((STEPS, 3, d.channels.shape[1])),
+    """States, and their derivatives along the first state and all parameters, as the compiled code carries them."""
+    table, d = structure.table, drive(structure, p, stretch)
+    along, _ = along_of(structure, directions(structure, p, stretch, d), d)
+    found = run_for(table.tape, STEPS, padded(kernel.NX + len(p) + 1), d.channels.shape[1])
+    done = tangents.sensitivities(
+        first, 0, STEPS, STEP, structure.model.discrete, d.channels, d.slopes, d.wind, d.current, structure.u0,
+        table.tape.steps, table.tape.rows(d.coefficients), along, found,
     )  # fmt: skip
     assert done == STEPS
-    return states, s
+    return found.states, found.s[:, :, : kernel.NX + len(p)]
 
 
 def final(structure, p, stretch, first):
@@ -98,7 +100,7 @@ def differences(structure, p, stretch, first):
         columns.append(
             (final(structure, p, stretch, first + step) - final(structure, p, stretch, first - step)) / 2e-6
         )
-    for k in (*structure.simple, *structure.general):
+    for k in range(len(p)):
         # as far as a drive's own differences go: within a sub-step the thrust of a switch is not linear in its time
         size = 1e-6 if structure.slots[k].coefficient >= 0 else 0.02 * structure.slots[k].parameter.scale
         up, down = p.copy(), p.copy()
@@ -159,23 +161,52 @@ def test_sensitivities_along_channels_current_wind_and_states_of_their_own(what)
     assert_same_slopes(structure, p, stretch_of(MOTORS), FIRST, tolerance=2e-3)
 
 
+def plain_derivative(structure, p, z, channels, wind, current):
+    """The model's derivative written out term by term, with nothing compiled: what everything else is held against."""
+    _, _, psi, u, v, r, e1, e2 = z
+    c, s = np.cos(psi), np.sin(psi)
+    wn, we = wind - current
+    wx, wy = wn * c + we * s - u, -wn * s + we * c - v
+    air, speed = np.hypot(wx, wy), np.hypot(u, v)
+    values = {
+        "1": 1.0, "u": u, "v": v, "r": r, "|u|": abs(u), "|v|": abs(v), "|r|": abs(r), "U": speed,
+        "Δu": u - structure.u0, "/U": 1.0 / max(speed, 1e-3), "e1": e1, "e2": e2, "Vwx": air * wx, "Vwy": air * wy,
+    } | dict(zip(structure.table.channels, channels, strict=True))  # fmt: skip
+    f = dict.fromkeys(("u", "v", "r", "e1", "e2"), 0.0)
+    for term, coefficient in zip(structure.table.terms, p, strict=True):
+        f[term.dof] += coefficient * np.prod([values[x] for x in factors_of(term.text)])
+    return np.array([u * c - v * s + current[0], u * s + v * c + current[1], r, *f.values()])
+
+
+@pytest.mark.parametrize("model", [m.name for m in MODELS])
+def test_compiled_accelerations_are_those_of_the_terms(model):
+    structure = structure_of(model).with_effect(Active(WIND_UNSEEN)).with_effect(Active(ROLL_COUPLING))
+    table, rng = structure.table, np.random.default_rng(3)
+    current, wind = np.array([0.1, -0.2]), np.array([3.0, 2.0])
+    for z in rng.standard_normal((5, 8)):
+        coefficients, channels = (
+            rng.standard_normal(len(table.terms)),
+            rng.standard_normal(len(table.channels)),
+        )
+        found = kernel.accelerations_at(table.tape, z, channels, wind, current, structure.u0, coefficients)
+        expected = plain_derivative(structure, coefficients, z, channels, wind, current)
+        assert np.allclose(found, expected[3:], rtol=1e-12, atol=1e-12)
+
+
 def test_a_rollout_is_that_of_solve_ivp():
     structure = structure_of("cybership2")
     p, stretch = parameters_of(structure), stretch_of((RUDDER, PROPELLER))
-    d, table = drive(structure, p, stretch), structure.table
+    d = drive(structure, p, stretch)
     first = FIRST.copy()
     first[6:] = 0.0
-    z = first.copy()
-    q, f, still = np.empty(14 + d.channels.shape[1]), np.empty(8), np.zeros(2)
+    z, still = first.copy(), np.zeros(2)
     for k in range(STEPS):  # step by step: an input jumps where a step ends
 
         def rhs(t, z, k=k):
-            part = 2.0 * t / STEP - 1.0
-            kernel.factors(z, d.channels[k], d.slopes[k], part, d.wind[k], still, structure.u0, q)
-            kernel.derivative(z, still, table.equation, table.which, table.product, d.coefficients, q, f)
-            return f.copy()
+            channels = d.channels[k] + (2.0 * t / STEP - 1.0) * d.slopes[k]
+            return plain_derivative(structure, d.coefficients, z, channels, d.wind[k], still)
 
-        z = solve_ivp(rhs, (0.0, STEP), z, rtol=1e-10, atol=1e-12).y[:, -1]
+        z = solve_ivp(rhs, (0.0, STEP), z, rtol=1e-9, atol=1e-11).y[:, -1]
     assert np.allclose(final(structure, p, stretch, first), z, atol=2e-6)
 
 
@@ -187,11 +218,13 @@ def test_an_independent_right_hand_side_gives_the_same_derivative():
     names = structure.table.channels
     values = {"δ": delta, "|δ|": delta, "|n|n": n * n, "|n|": n, "−": -1.0}
     row = np.array([values.get(c, 0.0) for c in names])
-    q, f = np.empty(14 + len(row)), np.empty(8)
     z = np.array([0, 0, 0.4, u, v, r, 0, 0])
-    kernel.factors(z, row, np.zeros_like(row), 0.0, np.zeros(2), np.zeros(2), 0.0, q)
-    t = structure.table
-    kernel.derivative(z, np.array([0.1, -0.2]), t.equation, t.which, t.product, p, q, f)
+    f, current = np.empty(8), np.array([0.1, -0.2])
+    tape = structure.table.tape
+    kernel.derivative(
+        z, 0, 0.0, row[None], np.zeros((1, len(row))), np.zeros(2), current, 0.0, tape.steps, tape.rows(p),
+        kernel.scratch_for(tape, 1), f,
+    )  # fmt: skip
     surge = own["X_|u|u"] * u * u + own["X_vr"] * v * r + own["X_r2"] * r * r + own["X_|n|n"] * n * n
     assert f[3] == pytest.approx(surge + own["X_delta2"] * delta**2 + own["X_1"])
     for letter, place in (("Y", 4), ("N", 5)):
@@ -206,34 +239,15 @@ def test_an_independent_right_hand_side_gives_the_same_derivative():
 def test_a_discrete_model_takes_explicit_euler_steps():
     structure = structure_of("zhao2021")
     p, stretch = parameters_of(structure), stretch_of((RUDDER, PROPELLER))
-    d, t = drive(structure, p, stretch), structure.table
-    z = FIRST.copy()
+    d, z = drive(structure, p, stretch), FIRST.copy()
     z[6:] = 0.0
     states = run(structure, d, stretch, z)
-    q, f = np.empty(14 + d.channels.shape[1]), np.empty(8)
     for k in range(STEPS):
-        kernel.factors(z, d.channels[k], d.slopes[k], 0.0, d.wind[k], np.zeros(2), structure.u0, q)
-        kernel.derivative(z, np.zeros(2), t.equation, t.which, t.product, d.coefficients, q, f)
-        z = z + STEP * f
+        z = z + STEP * plain_derivative(structure, d.coefficients, z, d.channels[k], d.wind[k], np.zeros(2))
     assert np.allclose(states[-1], z, atol=1e-12)
 
 
-def test_a_population_equals_single_runs():
-    structure = structure_of("cybership2")
-    stretch = stretch_of((RUDDER, PROPELLER))
-    members = [parameters_of(structure, seed) for seed in range(5)]
-    d, t = drive(structure, members[0], stretch), structure.table
-    states = np.empty((5, STEPS + 1, 8))
-    kernel.population(
-        FIRST, STEP, False, d.channels, d.slopes, d.wind, d.current, structure.u0, t.equation, t.which, t.product,
-        np.array(members), states,
-    )  # fmt: skip
-    for member, found in zip(members, states, strict=True):
-        alone = run(structure, drive(structure, member, stretch), stretch, FIRST)
-        assert np.array_equal(found, alone)
-
-
-@pytest.mark.parametrize("model", [m.name for m in MODELS if not m.discrete])
+@pytest.mark.parametrize("model", [m.name for m in MODELS])
 def test_lanes_equal_single_runs(model):
     structure = structure_of(model)
     stretch = stretch_of((RUDDER, PROPELLER))
@@ -242,7 +256,16 @@ def test_lanes_equal_single_runs(model):
     rows = np.array([drive(structure, m, stretch).coefficients for m in members])
     current, wind = np.array([0.2, -0.1]), stretch.wind
     found = population_in_lanes(
-        tape_of(structure.table), FIRST, STEP, d.channels, d.slopes, wind, current, structure.u0, rows
+        structure.table.tape,
+        FIRST,
+        STEP,
+        structure.model.discrete,
+        d.channels,
+        d.slopes,
+        wind,
+        current,
+        structure.u0,
+        rows,
     )
     for coefficients, states in zip(rows, found, strict=True):
         alone = run(structure, d._replace(coefficients=coefficients, current=current), stretch, FIRST)
@@ -254,11 +277,28 @@ def test_lanes_equal_single_runs(model):
 
 def test_a_tape_forms_each_product_once():
     table = structure_of("cybership2").table
-    tape = tape_of(table)
+    tape = table.tape
     distinct = {tuple(sorted(row[row > 0])) for row in table.product}
-    assert len(tape.place) == len(table.terms) == 27
-    assert len(set(tape.place.tolist())) == len(distinct)
-    assert len(tape.left) < len(table.terms)
+    assert len(tape.value) == len(table.terms) == 27
+    assert len(set(tape.value.tolist())) == len(distinct)
+    assert len(tape.steps.left) < len(table.terms)
+
+
+@pytest.mark.parametrize("turns", [1.0, 300.0])
+def test_cosine_and_sine_of_many_angles(turns):
+    angles = turns * np.linspace(-7.0, 7.0, 4096)
+    cosine, sine = both = np.empty((2, len(angles)))
+    cosines_and_sines(angles, *both)
+    assert np.abs(cosine - np.cos(angles)).max() < 1e-15 + 1e-16 * turns
+    assert np.abs(sine - np.sin(angles)).max() < 1e-15 + 1e-16 * turns
+
+
+@njit
+def cosines_and_sines(angles, cosine, sine):
+    for k in range(0, len(angles), 8):
+        c, s = kernel.cosine_and_sine(load(angles, k))
+        store(cosine, k, c)
+        store(sine, k, s)
 
 
 def test_a_run_that_runs_away_says_where():

@@ -1,0 +1,320 @@
+"""A free run with its sensitivities: those of the discrete scheme itself, so exact for the numbers that it gives.
+
+At every stage the accelerations' derivatives with respect to all values of the tape follow by going through it
+backwards, for all five equations abreast. With them, the tangents of the state go through the step, eight directions
+abreast: the first state, then the parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from identify.kernel import (
+    CHANNEL,
+    FAR,
+    NX,
+    PART,
+    REACH,
+    TINY,
+    WEIGHT,
+    accelerations,
+    cosine_and_sine,
+    evaluate,
+)
+from identify.simd import WIDTH, load, splat, store
+from identify.tape import ROW, Tape
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Rows of forcing at every stage: five accelerations, two velocities of the position.
+FORCED = 7
+#: Columns of the Jacobian: u, v, r, e1, e2, heading.
+COLUMNS = 6
+
+
+class Along(NamedTuple):
+    """The directions that are followed beside the first state, column by column.
+
+    Attributes
+    ----------
+    column, value, equation, weight : (m,)
+        Of every plain coefficient: its column, the value of the tape that it multiplies, its equation, and a factor.
+    moved, moved_value, moved_equation, moved_weight : (k,)
+        The same for coefficients that another parameter moves.
+    general : (g,)
+        Columns of the parameters that are no plain coefficients.
+    driven_place, driven_column : (d,)
+        Channels (by their place among the factors; 12 and 13 are the air's velocity, north and east) that a parameter
+        moves, and its column; ``driven``, ``driven_slope`` (n, d) their derivatives at every step.
+    current : (2, width)
+        Derivative of the water's velocity along every column.
+    """
+
+    column: IntArray
+    value: IntArray
+    equation: IntArray
+    weight: FloatArray
+    moved: IntArray
+    moved_value: IntArray
+    moved_equation: IntArray
+    moved_weight: FloatArray
+    general: IntArray
+    driven_place: IntArray
+    driven_column: IntArray
+    driven: FloatArray
+    driven_slope: FloatArray
+    current: FloatArray
+
+
+class Run(NamedTuple):
+    """What a run with sensitivities leaves, for up to n steps and ``width`` columns.
+
+    ``states``, ``rates`` (n + 1, 8); ``s``, ``f`` (n + 1, 8, width) their derivatives; ``by_channel`` (n, 3, nc) those
+    of the accelerations with respect to the channels at each step's begin. The rest are places to work in.
+    """
+
+    states: FloatArray
+    rates: FloatArray
+    s: FloatArray
+    f: FloatArray
+    by_channel: FloatArray
+    q: FloatArray
+    state: FloatArray
+    at: FloatArray
+    adjoint: FloatArray
+    jacobian: FloatArray
+    turn: FloatArray
+    force: FloatArray
+
+
+def run_for(tape: Tape, n: int, width: int, channels: int) -> Run:
+    """Places for a run of up to ``n`` steps; ``width`` is a multiple of eight."""
+    q = np.zeros(tape.values)
+    q[0] = 1.0
+    return Run(
+        np.empty((n + 1, NX)), np.empty((n + 1, NX)), np.empty((n + 1, NX, width)), np.zeros((n + 1, NX, width)),
+        np.empty((n, 3, channels)), q, np.zeros(ROW), np.zeros((8, 8)), np.zeros((tape.values, ROW)),
+        np.zeros((4, COLUMNS, ROW)), np.zeros((4, 4)), np.zeros((4, FORCED, width)),
+    )  # fmt: skip
+
+
+def padded(columns: int) -> int:
+    """Columns rounded up to what is worked on abreast."""
+    return -(-columns // WIDTH) * WIDTH
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _backwards(rows, steps, q, adjoint):
+    """Derivatives of the accelerations with respect to every value of the tape, ``adjoint`` (values, 8)."""
+    left, right, single, base = steps.left, steps.right, steps.single, steps.base
+    n = left.shape[0]
+    for k in range(base):
+        store(adjoint, ROW * k, splat(0.0))
+    for k in range(n):
+        store(adjoint, ROW * (base + k), load(rows, ROW * k))
+    for k in range(single.shape[0]):
+        place = ROW * np.int64(single[k])
+        store(adjoint, place, load(adjoint, place) + load(rows, ROW * (n + k)))
+    for k in range(n - 1, -1, -1):
+        a = load(adjoint, ROW * (base + k))
+        one, other = ROW * np.int64(left[k]), ROW * np.int64(right[k])
+        store(adjoint, one, load(adjoint, one) + a * q[right[k]])
+        store(adjoint, other, load(adjoint, other) + a * q[left[k]])
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _jacobian(steps, q, psi, north, east, adjoint, jacobian, place):
+    """Put the derivatives with respect to u, v, r, e1, e2 and heading at flat ``place`` of ``jacobian``.
+
+    What the rows of the relative wind hold becomes the derivatives with respect to the air's velocity.
+    """
+    u, v, r = q[1], q[2], q[3]
+    by_u = load(adjoint, ROW) + load(adjoint, 4 * ROW) * np.sign(u) + load(adjoint, 8 * ROW)
+    by_v = load(adjoint, 2 * ROW) + load(adjoint, 5 * ROW) * np.sign(v)
+    by_r = load(adjoint, 3 * ROW) + load(adjoint, 6 * ROW) * np.sign(r)
+    if steps.needs[0]:
+        speed, inverse = max(q[7], 1e-9), -q[9] * q[9] if q[7] > TINY else 0.0
+        by_speed = load(adjoint, 7 * ROW) + load(adjoint, 9 * ROW) * inverse
+        by_u = by_u + by_speed * (u / speed)
+        by_v = by_v + by_speed * (v / speed)
+    if steps.needs[1]:
+        c, s = math.cos(psi), math.sin(psi)
+        wx, wy = north * c + east * s - u, -north * s + east * c - v
+        air = math.sqrt(wx * wx + wy * wy)
+        safe = max(air, 1e-9)
+        xx, xy, yy = air + wx * wx / safe, wx * wy / safe, air + wy * wy / safe
+        along, across = load(adjoint, 12 * ROW), load(adjoint, 13 * ROW)
+        by_wx, by_wy = along * xx + across * xy, along * xy + across * yy
+        by_u, by_v = by_u - by_wx, by_v - by_wy
+        store(jacobian, place + 5 * ROW, by_wx * (wy + v) - by_wy * (wx + u))
+        store(adjoint, 12 * ROW, by_wx * c - by_wy * s)
+        store(adjoint, 13 * ROW, by_wx * s + by_wy * c)
+    if steps.needs[2]:
+        store(jacobian, place + 3 * ROW, load(adjoint, 10 * ROW))
+        store(jacobian, place + 4 * ROW, load(adjoint, 11 * ROW))
+    store(jacobian, place, by_u)
+    store(jacobian, place + ROW, by_v)
+    store(jacobian, place + 2 * ROW, by_r)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _forcing(along, row, part, q, adjoint, force, stage):
+    """What the parameters add to the accelerations' tangents at one stage, ``force`` (4, FORCED, width)."""
+    for k in range(along.column.shape[0]):
+        force[stage, along.equation[k], along.column[k]] = along.weight[k] * q[along.value[k]]
+    for k in range(along.general.shape[0]):
+        for e in range(5):
+            force[stage, e, along.general[k]] = 0.0
+    for k in range(along.moved.shape[0]):
+        force[stage, along.moved_equation[k], along.moved[k]] += (
+            along.moved_weight[k] * q[along.moved_value[k]]
+        )
+    for k in range(along.driven_place.shape[0]):
+        change = along.driven[row, k] + part * along.driven_slope[row, k]
+        for e in range(5):
+            force[stage, e, along.driven_column[k]] += adjoint[along.driven_place[k], e] * change
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _advance(i, stages, h, steps, run):
+    """Tangents over step ``i``; with no stage left to go only those of the rates."""
+    s, f, jac, turn, force = run.s, run.f, run.jacobian, run.turn, run.force
+    width = s.shape[2]
+    for o in range(0, width, 8):
+        here = i * NX * width + o
+        sp, su, sv = load(s, here + 2 * width), load(s, here + 3 * width), load(s, here + 4 * width)
+        sr, se, sf = load(s, here + 5 * width), load(s, here + 6 * width), load(s, here + 7 * width)
+        kp, ku, kv, kr, ke, kf = splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+        tx, ty, tp, tu, tv = splat(0.0), splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+        tr, te, tf = splat(0.0), splat(0.0), splat(0.0)
+        for m in range(max(stages, 1)):
+            reach, weight = h * REACH[m], 1.0 if stages == 1 else WEIGHT[m]
+            p, u, v, r = sp + kp * reach, su + ku * reach, sv + kv * reach, sr + kr * reach
+            g = m * FORCED * width + o
+            kp = r
+            ku = u * jac[m, 0, 0] + v * jac[m, 1, 0] + (r * jac[m, 2, 0] + load(force, g))
+            kv = u * jac[m, 0, 1] + v * jac[m, 1, 1] + (r * jac[m, 2, 1] + load(force, g + width))
+            kr = u * jac[m, 0, 2] + v * jac[m, 1, 2] + (r * jac[m, 2, 2] + load(force, g + 2 * width))
+            if steps.needs[1]:
+                ku, kv, kr = ku + p * jac[m, 5, 0], kv + p * jac[m, 5, 1], kr + p * jac[m, 5, 2]
+            if steps.needs[2]:
+                a, b = se + ke * reach, sf + kf * reach
+                ku = ku + (a * jac[m, 3, 0] + b * jac[m, 4, 0])
+                kv = kv + (a * jac[m, 3, 1] + b * jac[m, 4, 1])
+                kr = kr + (a * jac[m, 3, 2] + b * jac[m, 4, 2])
+                ke = u * jac[m, 0, 3] + v * jac[m, 1, 3] + (r * jac[m, 2, 3] + load(force, g + 3 * width))
+                kf = u * jac[m, 0, 4] + v * jac[m, 1, 4] + (r * jac[m, 2, 4] + load(force, g + 4 * width))
+                ke = ke + (a * jac[m, 3, 3] + b * jac[m, 4, 3]) + p * jac[m, 5, 3]
+                kf = kf + (a * jac[m, 3, 4] + b * jac[m, 4, 4]) + p * jac[m, 5, 4]
+                te, tf = te + ke * weight, tf + kf * weight
+            kx = u * turn[m, 0] - v * turn[m, 1] + (p * turn[m, 2] + load(force, g + 5 * width))
+            ky = u * turn[m, 1] + v * turn[m, 0] + (p * turn[m, 3] + load(force, g + 6 * width))
+            if m == 0:
+                store(f, here, kx)
+                store(f, here + width, ky)
+                store(f, here + 2 * width, kp)
+                store(f, here + 3 * width, ku)
+                store(f, here + 4 * width, kv)
+                store(f, here + 5 * width, kr)
+            tx, ty, tp = tx + kx * weight, ty + ky * weight, tp + kp * weight
+            tu, tv, tr = tu + ku * weight, tv + kv * weight, tr + kr * weight
+        if stages:
+            there = here + NX * width
+            store(s, there, load(s, here) + tx * h)
+            store(s, there + width, load(s, here + width) + ty * h)
+            store(s, there + 2 * width, sp + tp * h)
+            store(s, there + 3 * width, su + tu * h)
+            store(s, there + 4 * width, sv + tv * h)
+            store(s, there + 5 * width, sr + tr * h)
+            store(s, there + 6 * width, se + te * h)
+            store(s, there + 7 * width, sf + tf * h)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _begin(first, along, run):
+    """Put the first state and its tangents in their places."""
+    for j in range(NX):
+        run.states[0, j] = first[j]
+        for d in range(run.s.shape[2]):
+            run.s[0, j, d] = 1.0 if d == j else 0.0
+    for stage in range(4):
+        for e in range(FORCED):
+            for d in range(run.s.shape[2]):
+                run.force[stage, e, d] = along.current[e - 5, d] if e > 4 else 0.0
+    for j in range(5):
+        run.state[j] = first[3 + j]
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def _turn(stages, run):
+    """Cosine and sine of every stage's heading, and what the velocities become when it turns."""
+    at, turn = run.at, run.turn
+    cosine, sine = cosine_and_sine(load(at, 16))
+    u, v = load(at, 0), load(at, 8)
+    store(at, 32, cosine)
+    store(at, 40, sine)
+    store(at, 48, splat(0.0) - (u * sine + v * cosine))
+    store(at, 56, u * cosine - v * sine)
+    for m in range(stages):
+        for j in range(4):
+            turn[m, j] = at[4 + j, m]
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def sensitivities(first, begin, n, h, euler, channels, slopes, wind, current, u0, steps, rows, along, run):
+    """One free run of ``n`` steps from step ``begin`` of what drives it, with its sensitivities; fills ``run``.
+
+    Parameters are those of ``identify.kernel.free_run``. Returns the number of good steps.
+    """
+    q, state, at, turn, states, rates = run.q, run.state, run.at, run.turn, run.states, run.rates
+    nc = channels.shape[1]
+    _begin(first, along, run)
+    z, x, y, psi = load(state, 0), first[0], first[1], first[2]
+    for i in range(n + 1):
+        row, last = begin + min(i, n - 1), i == n
+        stages = 1 if euler or last else 4
+        north, east = wind[row, 0] - current[0], wind[row, 1] - current[1]
+        k, total, yaw, turned = splat(0.0), splat(0.0), 0.0, 0.0
+        for stage in range(stages):
+            reach, weight = h * REACH[stage], 1.0 if euler else WEIGHT[stage]
+            part = 0.0 if euler else (1.0 if last else PART[stage])
+            store(state, 0, z + k * reach)
+            heading = psi + yaw * reach
+            at[0, stage], at[1, stage], at[2, stage] = state[0], state[1], heading
+            evaluate(state, heading, channels, slopes, row, part, north, east, u0, steps, q)
+            k = accelerations(rows, steps, q)
+            _backwards(rows, steps, q, run.adjoint)
+            _jacobian(steps, q, heading, north, east, run.adjoint, run.jacobian, stage * COLUMNS * ROW)
+            _forcing(along, row, part, q, run.adjoint, run.force, stage)
+            yaw = state[2]
+            turned += yaw * weight
+            total = total + k * weight
+            if stage == 0:
+                store(at, 3 * ROW, k)
+                for j in range(5):
+                    states[i, 3 + j], rates[i, 3 + j] = state[j], at[3, j]
+                for j in range(3):
+                    for c in range(nc):
+                        run.by_channel[row - begin, j, c] = run.adjoint[CHANNEL + c, j]
+        _turn(stages, run)
+        states[i, 0], states[i, 1], states[i, 2] = x, y, psi
+        rates[i, 0], rates[i, 1], rates[i, 2] = turn[0, 3] + current[0], current[1] - turn[0, 2], states[i, 5]
+        _advance(i, 0 if last else stages, h, steps, run)
+        if last:
+            return n
+        for stage in range(stages):
+            weight = h if euler else h * WEIGHT[stage]
+            x += weight * (turn[stage, 3] + current[0])
+            y += weight * (current[1] - turn[stage, 2])
+        z = z + total * h
+        psi += turned * h
+        store(state, 0, z)
+        far = max(max(abs(state[0]), abs(state[1])), max(abs(state[2]), max(abs(state[3]), abs(state[4]))))
+        if not far < FAR:
+            return i
+    return n

@@ -1,0 +1,107 @@
+"""A table of terms as a tape: every product of factors formed once, from two earlier values, for all equations.
+
+Values are numbered: the factors (``identify.term.FACTORS``), the channels, then the products in their order. What the
+accelerations are is a sum over some of the values, each times a row of coefficients, one per equation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from identify.term import FACTORS
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+PlaceArray = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
+
+#: Equations (u, v, r, e1, e2), padded to what is worked on abreast.
+ROW = 8
+#: Summands are worked on in groups of this many.
+GROUP = 4
+#: What a tape needs beside the velocities: speed and its inverse, the air, states of its own.
+NEEDS = (("U", "/U"), ("Vwx", "Vwy"), ("e1", "e2"))
+
+
+class Steps(NamedTuple):
+    """What the compiled code takes of a tape.
+
+    ``left``, ``right`` (t,) places of the two values of each product, ``single`` (m,) places of the other summands,
+    t and m multiples of ``GROUP`` (what was added to make them so counts nothing); ``needs`` (3,) what of ``NEEDS``
+    there is; ``base`` number of factors and channels, which is the place of the first product.
+    """
+
+    left: PlaceArray
+    right: PlaceArray
+    single: PlaceArray
+    needs: IntArray
+    base: int
+
+
+@dataclass(frozen=True)
+class Tape:
+    """Products and sums that a table stands for.
+
+    Attributes
+    ----------
+    steps : Steps
+    value : (p,)
+        Place of the value that each coefficient is multiplied with.
+    target : (p,)
+        Where each coefficient goes in the flat rows of coefficients: a row for every product, then for every single.
+    """
+
+    steps: Steps
+    value: PlaceArray
+    target: IntArray
+
+    @property
+    def values(self) -> int:
+        """Number of values."""
+        return self.steps.base + len(self.steps.left)
+
+    @property
+    def summands(self) -> int:
+        """Number of rows of coefficients."""
+        return len(self.steps.left) + len(self.steps.single)
+
+    def rows(self, coefficients: FloatArray) -> FloatArray:
+        """Flat rows (summands · ROW,) of coefficients (p,), one place per equation in each."""
+        return np.asarray(
+            np.bincount(self.target, weights=coefficients, minlength=self.summands * ROW), dtype=float
+        )
+
+
+def tape_of(product: IntArray, equation: IntArray, channels: int) -> Tape:
+    """Write a table of products (p, factors) in equations (p,) as a tape."""
+    base = len(FACTORS) + channels
+    known: dict[tuple[int, ...], int] = {}
+    pairs: list[tuple[int, int]] = []
+
+    def place(factors: tuple[int, ...]) -> int:
+        if len(factors) < 2:
+            return factors[0] if factors else 0
+        if factors not in known:
+            pair = place(factors[:-1]), factors[-1]
+            pairs.append(pair)
+            known[factors] = base + len(pairs) - 1
+        return known[factors]
+
+    values = [place(tuple(sorted(int(f) for f in row if f))) for row in product]
+    singles = [v for v in dict.fromkeys(values) if v < base]
+    pairs += [(0, 0)] * (-len(pairs) % GROUP)
+    row = {base + k: k for k in range(len(pairs))} | {v: len(pairs) + k for k, v in enumerate(singles)}
+    singles += [0] * (-len(singles) % GROUP)
+    target = np.array([ROW * row[v] for v in values], dtype=np.int64) + equation
+    left, right = (np.array([p[k] for p in pairs], dtype=np.uint64) for k in (0, 1))
+    steps = Steps(left, right, np.array(singles, dtype=np.uint64), _needs(product, equation), base)
+    return Tape(steps, np.array(values, dtype=np.uint64), target)
+
+
+def _needs(product: IntArray, equation: IntArray) -> IntArray:
+    used = set(product.ravel().tolist())
+    found = [any(FACTORS.index(f) in used for f in group) for group in NEEDS]
+    found[2] = found[2] or bool((equation > 2).any())
+    return np.array(found, dtype=np.int64)
