@@ -711,6 +711,25 @@ def test_dbc_by_pgn_and_beside_nmea_2000(tmp_path):
     assert len(log.tables["rudder"]) == 60
 
 
+def test_dbc_messages_of_several_senders_and_buses(tmp_path):
+    path = tmp_path / "boat.dbc"
+    path.write_text(DBC.replace("Speed", "EngineSpeed"))
+    exact, other = 2566834430 & 0x1FFFFFFF, (2566834430 & 0x1FFFFF00) | 5
+    frames = [frame(k, (exact, other)[k % 2], np.float32(k).tobytes() + bytes(4)) for k in range(10)]
+    engines = b"".join(b"(%d.5) can%d 123#%02X01000000000000\n" % (k, k % 2, k) for k in range(10))
+    log = log_of(READER["candump"], candump(frames) + engines, options=ReadOptions(dbc=path))
+    table = log.tables["Thruster"]
+    assert table["Force"].tolist() == list(range(10))
+    assert table["source"].tolist() == [exact & 255, 5] * 5
+    engine = log.tables["Engine"]
+    assert engine.loc[engine["source"] == 1, "EngineSpeed"].tolist() == [
+        (256 + k) / 4 for k in range(1, 10, 2)
+    ]
+    assert any("can1 is source 1" in f.message and f.topic == "Engine" for f in log.findings)
+    found = {(s.quantity, s.topic, s.device, s.unit) for s in log.sources}
+    assert {("propeller", "Engine", k, "rpm") for k in (0, 1)} <= found
+
+
 def test_a_dbc_file_that_is_none(tmp_path):
     bad = tmp_path / "bad.dbc"
     bad.write_text("this is no database {")

@@ -1,8 +1,8 @@
 """Frames that a DBC file describes → one table per message, by column; layouts come from cantools.
 
 An extended identifier is compared exactly; where that fails, without priority and sender, as J1939 and NMEA
-2000 use them: the sender is then the column ``source``. Multiplexed signals are NaN where another page was
-sent.
+2000 use them: the column ``source`` is the sender. A message with an identifier of 11 bits, which names no sender,
+has the number of its bus there if it comes over several. Multiplexed signals are NaN where another page was sent.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ingest.canbus.frames import Frames
 from ingest.canbus.n2k import Tables, pgn_of, raw_bits, signed_integers
 from ingest.errors import UsageError
-from ingest.log import SOURCE
+from ingest.log import SOURCE, Finding, Source
 
 if TYPE_CHECKING:
     from cantools.database.can import Database, Message, Signal
@@ -34,15 +34,34 @@ def decode_dbc(frames: Frames, path: Path) -> tuple[Tables, Frames]:
     """
     database = load(path)
     free = np.ones(len(frames), np.bool_)
-    tables: dict[str, pd.DataFrame] = {}
-    units: dict[tuple[str, str], str] = {}
+    chosen: dict[str, NDArray[np.bool_]] = {}
     for message, rows in matched(database, frames):
         rows = rows & free
         free &= ~rows
-        if rows.any():
-            tables[message.name] = table_of(message, frames.take(rows))
-            units |= {(message.name, s.name): s.unit for s in message.signals if s.unit}
-    return Tables(tables, units, (), int((~free).sum())), frames.take(free)
+        chosen[message.name] = chosen.get(message.name, False) | rows
+    found = {m.name: (m, frames.take(chosen[m.name])) for m in database.messages if chosen[m.name].any()}
+    tables = {name: table_of(message, mine) for name, (message, mine) in found.items()}
+    units = {
+        (name, s.name): s.unit for name, (message, _) in found.items() for s in message.signals if s.unit
+    }
+    notes = tuple(n for name, (message, mine) in found.items() for n in buses(message, mine))
+    return Tables(tables, units, notes, int((~free).sum())), frames.take(free)
+
+
+def buses(message: Message, frames: Frames) -> Iterator[Finding]:
+    """What is said of a message that names no sender and comes over several buses."""
+    used = np.unique(frames.channel)
+    if not message.is_extended_frame and len(used) > 1:
+        told = ", ".join(f"{frames.channels[k]} is source {k}" for k in used.tolist())
+        yield Finding("note", f"several buses carry it: {told}", topic=message.name)
+
+
+def named_sources(found: Tables) -> tuple[Source, ...]:
+    """What the names of the signals say that they hold, best first."""
+    from ingest.tabular.naming import sources_of
+
+    by_topic = {t: {f: u for (topic, f), u in found.units.items() if topic == t} for t in found.tables}
+    return tuple(s for t, table in found.tables.items() for s in sources_of(table, by_topic[t], t))
 
 
 def load(path: Path) -> Database:
@@ -76,6 +95,8 @@ def table_of(message: Message, frames: Frames) -> pd.DataFrame:
     columns: dict[str, NDArray[np.generic]] = {}
     if message.is_extended_frame:
         columns[SOURCE] = (frames.can_id & 0xFF).astype(np.int16)
+    elif len(np.unique(frames.channel)) > 1:
+        columns[SOURCE] = frames.channel
     columns |= {s.name: signal_column(s, message, frames) for s in message.signals}
     return pd.DataFrame(columns, index=pd.Index(frames.time_ns, name="t_ns"), copy=False)
 

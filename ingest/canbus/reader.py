@@ -10,7 +10,7 @@ from ingest.canbus import n2k, utc
 from ingest.canbus.frames import Capture
 from ingest.canbus.sources import instance_tables, sources
 from ingest.canbus.stamps import repaired
-from ingest.log import Finding
+from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
 
 
@@ -38,12 +38,13 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
     """
     if not len(capture.frames) and not capture.packets:
         raise ValueError("no CAN frames")
-    from_dbc = n2k.Tables({}, {})
+    from_dbc, named = n2k.Tables({}, {}), tuple[Source, ...]()
     rest = capture
     if options.dbc is not None:
-        from ingest.canbus.dbc import decode_dbc
+        from ingest.canbus.dbc import decode_dbc, named_sources
 
         from_dbc, left = decode_dbc(capture.frames, options.dbc)
+        named = named_sources(from_dbc)
         rest = replace(capture, frames=left)
     topics = (
         None if options.topics is None else options.topics | {t.partition("[")[0] for t in options.topics}
@@ -72,7 +73,7 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
         findings,
         found.messages + from_dbc.messages,
         capture.bytes_damaged,
-        sources(wanted),
+        tuple(sorted((*sources(wanted), *(s for s in named if s.topic in wanted)), key=lambda s: -s.rank)),
     )
 
 
