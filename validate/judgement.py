@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -11,10 +11,10 @@ from scipy import stats
 
 from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost
-from identify.output_error import Reduced, Solution, Stopped, solve
+from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
-from identify.windows import Moments, Problem, first_states
-from validate.candidates import Screened, prior_of
+from identify.windows import Problem, first_states
+from validate.candidates import Screened, prior_of, thinned
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -30,11 +30,11 @@ AGAIN = 3
 NEAR = 1.5
 #: So many candidates are refitted to the end; the others are left after a few steps.
 RUNNERS = 4
-#: Far from the noise the race begins on one in so many windows, each parameter still seen by so many rows.
-THIN, ENOUGH = 4, 40
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
+#: Errors have structure worth a name from this much variance at low frequency beyond white noise.
+COLOURED = 0.2
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
 #: only borrows from what is really missing.
 WORTH_FAR = 0.3
@@ -79,13 +79,10 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     search = partial(
         solve, problem, structure, prior=prior, anchor=first_states(problem), tolerance=step_tolerance(fitted)
     )
-    if fitted.chi2_per_dof < NEAR:
-        found = search(screened.p, first, budget=20, target=target)
-        if found.stopped is Stopped.DIVERGED:
-            found = search(screened.unmoved, first, budget=20, target=target)
-        return Fitted(problem, prior, found)
     ways = (screened.p, screened.unmoved)
     moved = min((search(p, first, budget=0) for p in ways), key=_total)
+    if fitted.chi2_per_dof < NEAR:
+        return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(start_by_regression(structure, screened.p, problem.stretches), first, budget=2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
 
@@ -174,24 +171,6 @@ def _alive(runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitte
     )
 
 
-def thinned(fitted: Fitted) -> Fitted:
-    """The same fit on some of its windows, enough of them to know the parameters."""
-    problem, solution = fitted.problem, fitted.solution
-    every = max(1, min(THIN, problem.rows // (ENOUGH * len(solution.p))))
-    some = slice(None, None, every)
-    left = Moments(solution.moments.matrices[some], solution.moments.residuals[some])
-    reduced = Reduced(*(x[some] for x in astuple(solution.reduced)))
-    solution = replace(
-        solution,
-        first=solution.first[some],
-        cost=left.cost,
-        moments=left,
-        reduced=reduced,
-        stopped=Stopped.BUDGET,
-    )
-    return replace(fitted, problem=replace(problem, windows=problem.windows[some]), solution=solution)
-
-
 def _whole(base: Fitted, part: Fitted) -> Fitted:
     """A fit on some windows taken on to all of the base's."""
     s, problem = part.solution, base.problem
@@ -261,7 +240,16 @@ def consistent(base: Fitted, fit: Fitted) -> bool:
     """
     if float(np.max(base.problem.dispersed.inflation)) < WHITE:
         return True
-    gains = by_time(base) - by_time(replace(fit, problem=base.problem))
+    return stands_out(gains_by_time(base, fit))
+
+
+def gains_by_time(base: Fitted, fit: Fitted) -> FloatArray:
+    """Gain of short stretches of time (bins,), under the base's weights."""
+    return by_time(base) - by_time(replace(fit, problem=base.problem))
+
+
+def stands_out(gains: FloatArray) -> bool:
+    """Whether a sum is large against the scatter of its parts."""
     return bool(gains.sum() > SCATTER * np.sqrt(len(gains)) * gains.std(ddof=1))
 
 
@@ -278,13 +266,31 @@ def by_time(fitted: Fitted) -> FloatArray:
 
 
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
-    """Whether the free-running error falls by enough to be worth naming the effect."""
+    """Whether the free-running error falls by enough to be worth naming the effect, or its structure goes with it."""
     if base.chi2_per_dof > FAR:
         reached = fit.chi2_per_dof < FAR or fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
         return bool(reached and not at_bound(fit))
     if at_bound(fit) or not consistent(base, fit):
         return False
-    return free_running_misfit(fit) < (1.0 - WORTH) ** 2 * free_running_misfit(base)
+    before, after = free_running_misfit(base), free_running_misfit(fit)
+    return after < (1.0 - WORTH) ** 2 * before or (
+        after < (1.0 + WORTH) * before + 0.01 and whitened(base, fit)
+    )
+
+
+def whitened(base: Fitted, fit: Fitted) -> bool:
+    """Whether most of what the errors have beyond white noise, in the stream that has most, goes with the effect."""
+    before, after = (excess(f) for f in (base, fit))
+    most = int(np.argmax(before))
+    if before[most] < COLOURED or after.max() > 0.5 * before[most]:
+        return False
+    return stands_out(gains_by_time(base, fit))
+
+
+def excess(fitted: Fitted) -> FloatArray:
+    """Per stream (4,): variance of the errors at low frequency over that of their white part, less one."""
+    dispersed = calibrated(fitted.problem, fitted.solution).dispersed
+    return np.asarray(dispersed.inflation**2 - 1.0, dtype=float)
 
 
 def at_bound(fitted: Fitted) -> bool:

@@ -67,6 +67,10 @@ PORT_STARBOARD_ASYMMETRY = Effect(
 )  # fmt: skip
 
 
+#: Natural frequencies to look at first, rad/s: so close that each is within reach of a resonance between two.
+_ROLL = (0.4, 0.54, 0.73, 0.98, 1.33, 1.8, 2.4, 3.3, 4.4, 6.0)
+
+
 def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
     omega = p["frequency"]
     return (
@@ -86,8 +90,8 @@ ROLL_COUPLING = Effect(
     "Log roll; metacentric height; tight turns at speed.",
     "Fossen 2011, sec. 6.6; Blanke and Christensen 1993",
     parameters=(
-        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=(1.0, 2.2, 5.0)),
-        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.15, 0.15, 0.15)),
+        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL),
+        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.2,) * len(_ROLL)),
         Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
         Parameter("yaw", "1/m/s²", 0.1, (-50.0, 50.0)),
     ),
