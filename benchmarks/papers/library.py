@@ -111,7 +111,7 @@ def identify(
 
 
 def free_run(found: Identified, truth: Record, sensed: Sensed) -> FloatArray:
-    """Predicted u, v, r (l, 3) at the record's times, from its first state and its inputs alone; NaN after a run-away."""
+    """Predicted u, v, r (l, 3) at the record's times from its first state and inputs alone; NaN after a run-away."""
     structure, p = found.fitted.solution.structure, found.fitted.solution.p
     trial = trial_of("free run", truth, Sensed(sensed.vessel, 0.0, 0.0, 0.0, 0.0, sensed.inputs), "validate")
     stretch = stretches_of(trial, found.prepared.identify[0].h)[0]

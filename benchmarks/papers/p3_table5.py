@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.papers.p3 import NOISE, NUMBERED, data, numbered, options, true_numbers, uncertainties
-from benchmarks.papers.report import row, spread
+from benchmarks.papers.report import spread
 
 PRINTED = {
     "a4": (0.0024, 0.0041), "a5": (0.1292, 0.1302),
