@@ -32,7 +32,9 @@ HELM_STEPS = 10
 Change = tuple[float, World]
 
 
-def sailed(vessel: Vessel, changes: Sequence[Change], duration: float, seed: int, manoeuvre: str = "random") -> Truth:
+def sailed(
+    vessel: Vessel, changes: Sequence[Change], duration: float, seed: int, manoeuvre: str = "random"
+) -> Truth:
     """A long run in which the world becomes another at given times (the first at 0)."""
     plan = make_manoeuvre(manoeuvre, vessel, duration, seed)
     rows = program(plan, vessel)

@@ -20,9 +20,12 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Kinds of rows.
 POSITION, HEADING, YAW_RATE, VELOCITY = 0, 1, 2, 3
-#: A sample is set aside where its innovation is this many standard deviations off; more than so many in a row, over so
-#: many seconds, are believed: then the filter was wrong.
+#: A sample is set aside where its innovation is this many standard deviations off. Two in a row that agree with each
+#: other better than with the filter are believed: the vessel was driven harder than usual. More than so many in a row,
+#: over so many seconds, are believed in any case: then the filter was wrong.
 GATE, PATIENCE, PATIENCE_S = 6.0, 5, 1.0
+#: Two agree where they differ by less than this share of what the second is off the filter.
+AGREE = 0.35
 #: Columns of what is observed.
 COLUMNS = ("x", "y", "psi", "u", "v", "r")
 
@@ -89,9 +92,9 @@ class CausalObserver:
         self.levels = levels
         self._heading = np.zeros((3, 1)), np.zeros((3, 3))
         self._track = np.zeros((3, 2)), np.zeros((3, 3))
-        # times of both filters, whether they have begun, and per kind: samples refused in a row, time of the first
+        # times of both filters, and per kind: samples refused in a row, time of the first, values of the last
         self._clock = np.full(2, np.nan)
-        self._refused = np.zeros((4, 2))
+        self._refused = np.zeros((4, 4))
 
     def take(self, rows: Rows) -> Observed:
         """Filter rows that come after all that came before (equal times may come in any order)."""
@@ -117,6 +120,16 @@ def _begin(m, p, order, value, variance, rate):  # type: ignore[no-untyped-def] 
         for j in range(3):
             p[i, j] = 0.0
         p[i, i] = variance if i == order else usual[i]
+
+
+@njit(cache=True)
+def _agrees(refused, row, expected, width):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Whether a sample that does not fit confirms the one before it, which did not either."""
+    apart, off = 0.0, 0.0
+    for j in range(width):
+        apart = max(apart, abs(row[j] - refused[2 + j]))
+        off = max(off, abs(row[j] - expected[j]))
+    return refused[0] > 0.0 and apart < AGREE * off
 
 
 @njit(cache=True)
@@ -174,7 +187,7 @@ def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
             off = 0.0
             for j in range(width):
                 off = max(off, (row[j] - m[order, j]) ** 2 / spread)
-            if off <= GATE * GATE:
+            if off <= GATE * GATE or _agrees(refused[k], row, m[order], width):
                 good[i] = True
                 refused[k, 0] = 0.0
                 _update(m, p, order, row, noise[k], gain)
@@ -182,8 +195,10 @@ def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
                 _begin(m, p, order, row, noise[k], rate[which])
                 refused[k, 0] = 0.0
                 good[i] = True
-            elif refused[k, 0] > 20 * PATIENCE:
-                refused[k, 0] = 0.0
+            else:
+                refused[k, 2], refused[k, 3] = row[0], row[1]
+                if refused[k, 0] > 20 * PATIENCE:
+                    refused[k, 0] = 0.0
         if not np.isnan(clock[0]) and not np.isnan(clock[1]):
             a, b = t[i] - clock[0], t[i] - clock[1]
             psi = mh[0, 0] + a * mh[1, 0] + 0.5 * a * a * mh[2, 0]

@@ -167,10 +167,11 @@ def suspects(
 
 @dataclass(frozen=True)
 class _Start:
-    """Where a search begins, and the cost that the first step promises."""
+    """Where a search begins, the cost that the first step promises, and what is to be added to the search's cost."""
 
     horizon: Horizon
     promised: float
+    constant: float
 
 
 def _start(
@@ -182,13 +183,24 @@ def _start(
     place = {structure.key(s): k for k, s in enumerate(structure.slots)}
     pairs = [(k, place[base.key(s)]) for k, s in enumerate(base.slots) if base.key(s) in place]
     old, new = (np.array(x) for x in zip(*pairs, strict=True))
-    past = nothing_known(size)
-    past.information[np.ix_(new, new)] = known.information[np.ix_(old, old)]
-    past.vector[new] = known.information[np.ix_(old, old)] @ known.p[old]
+    past, own = nothing_known(size), marginal(known.information, old)
+    past.information[np.ix_(new, new)] = own
+    past.vector[new] = own @ known.p[old]
+    constant = float(known.p[old] @ own @ known.p[old])
     prior = Prior(np.zeros(size), np.full(size, np.inf))
     first = fitted_firsts(structure, p, since, weights)
     horizon = Horizon(structure, prior, p, weights, past, since, first)
-    return _Start(horizon, promised(horizon))
+    return _Start(horizon, promised(horizon) + constant, constant)
+
+
+def marginal(information: FloatArray, kept: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> FloatArray:
+    """Information on some parameters, whatever the others are."""
+    others = np.setdiff1d(np.arange(len(information)), kept)
+    inside = information[np.ix_(kept, kept)]
+    if not len(others):
+        return inside
+    across = information[np.ix_(kept, others)]
+    return np.asarray(inside - across @ np.linalg.solve(information[np.ix_(others, others)], across.T), float)
 
 
 def _starts(
@@ -225,7 +237,8 @@ def _refined(start: _Start) -> _Fitted | None:
             return None
         if solution.stopped is Stopped.CONVERGED:
             break
-    return _Fitted(horizon.structure, horizon.p, solution.cost, solution.moments.residuals)
+    cost = solution.cost + start.constant
+    return _Fitted(horizon.structure, horizon.p, cost, solution.moments.residuals)
 
 
 def _misfit(fitted: _Fitted, since: tuple[Stretch, ...], noise: Noise) -> float:

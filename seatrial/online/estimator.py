@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.online.doubt import judged
 from identify.online.horizon import (
     Estimate,
     Horizon,
@@ -55,7 +56,7 @@ class Change:
     known : Estimate
         Of before the change.
     blocks : tuple of Stretch
-        Since then, one after the other.
+        Since it was noticed, one after the other: the change came before all of them.
     asked : int
         How often it was asked what it looks like.
     suspicion : Suspicion, optional
@@ -104,6 +105,7 @@ class Estimator:
 
     def test(self, block: Stretch, phase: int) -> Iterator[Update]:
         """Test one block that the estimate has not seen."""
+        block = judged(self.horizon.structure, self.known.p, block, self.horizon.noise)
         found = surprise(self.horizon.structure, self.known, block, self.horizon.noise)
         if found is None:
             return
@@ -120,6 +122,7 @@ class Estimator:
         """Learn from a window; one that is not whole yet counts until the next one."""
         if self.change is not None:
             return
+        window = judged(self.horizon.structure, self.known.p, window, self.horizon.noise)
         horizon, solution = update(self.horizon, window, keep=whole)
         if not np.isfinite(solution.cost):
             return
@@ -174,8 +177,8 @@ class Estimator:
     def _during(self, s: Surprise, block: Stretch, phase: int) -> Iterator[Update]:
         change = self.change
         assert change is not None
-        last = change.blocks[-1] if change.blocks else None
-        if last is None or block.start >= last.start + duration(last) - 1e-6:
+        free_from = change.blocks[-1].start + duration(change.blocks[-1]) if change.blocks else change.told
+        if block.start >= free_from - 1e-6:
             change = replace(change, blocks=(*change.blocks, block))
         seconds = sum(map(duration, change.blocks))
         if change.asked < len(ASK_AT_S) and seconds >= ASK_AT_S[change.asked] - 1e-6:

@@ -167,7 +167,7 @@ class Identifier:
             began = self.buffer.began(self._ended_at)
             if began is None:
                 return
-            self._pace = Pace(began + SETTLE_S)
+            self._pace = Pace(self.buffer.aligned(began + SETTLE_S))
         yield from self._due(now)
         limit = ALWAYS * max(1.0, self.block / HORIZON_S)
         if self.buffer.gap(causal.POSITION) > limit or self.buffer.gap(causal.HEADING) > 3.0 * limit:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.online.doubt import DOUBTFUL
 from identify.stretch import IntArray, Samples, Stretch
 from preprocess import causal, frames
 from preprocess.causal import CausalLevels, CausalObserver
@@ -161,6 +162,14 @@ class StreamBuffer:
         known = np.isfinite(self._rows.value[:, 4]) & (self._rows.t > after)
         return float(self._rows.t[np.argmax(known)]) if known.any() else None
 
+    def aligned(self, t: float) -> float:
+        """The first time from ``t`` on at which an input that holds was logged: steps then lie on the grid."""
+        held = [
+            self._actuators[n].t for n, traits in self.traits.items() if traits.held and n in self._actuators
+        ]
+        later = [s[i] for s in held if (i := int(np.searchsorted(s, t))) < len(s)]
+        return float(min(later)) if later and min(later) < t + 1.0 else t
+
     def last_good(self) -> float:
         """Time of the last good position."""
         mine = (self._rows.value[:, 0] == causal.POSITION) & (self._rows.value[:, 3] > 0)
@@ -209,8 +218,9 @@ class StreamBuffer:
 
     def _samples(self, t: FloatArray, table: FloatArray) -> Samples:
         kind, value = table[:, 0].astype(np.int64), table[:, 1:3]
-        good = (table[:, 3] > 0) & ~stale(kind, value, self.quantum)
-        return Samples(t[good], kind[good], value[good], self.sigma[kind[good]])
+        sigma = self.sigma[kind] * np.where(table[:, 3] > 0, 1.0, DOUBTFUL)
+        fresh = ~stale(kind, value, self.quantum)
+        return Samples(t[fresh], kind[fresh], value[fresh], sigma[fresh])
 
     def _air(self, grid: FloatArray, states: FloatArray) -> FloatArray:
         """Velocity of the air over ground in the middle of each step; zeros where no wind is measured."""

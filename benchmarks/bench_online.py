@@ -1,0 +1,334 @@
+"""Identification while sailing, on simulated streams: accuracy, false alarms, changes noticed and named, speed.
+
+    python -m benchmarks.bench_online                     # a taste, some minutes
+    python -m benchmarks.bench_online --hours 10 --seeds 6
+
+*Accuracy*: the squared error of the coefficients, in the metric of a fit to four times the data, of the off-line fit to
+T seconds and of the on-line estimate after T, 2 T and 3 T of the same stream; and how far apart the two are at the end.
+*False alarms*: hours of manoeuvring in which nothing happens. *Changes*: something sets in half way; how much it raises
+the ten-second prediction error, after how long it is noticed, and what it is called. *Speed*: samples per second of
+processor time, on one core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.online_streams import SUITE, recorded, sailed, turned, vessel_for, written
+from fixtures.effects import Effect, World
+from fixtures.sensors import Sensor, Suite
+from fixtures.vessels import Vessel
+from identify.base_fit import fit_from_scratch, prepare_best
+from identify.report_fit import covariance_of
+from ingest import read_log
+from ingest.log import Log
+from preprocess.trials import make_trials
+from seatrial.campaign import Campaign, load_campaign
+from seatrial.online.identifier import Identifier
+from seatrial.online.recorded import batches
+from seatrial.online.updates import ERRORS, Note, Reading, Update
+from seatrial.pipeline import runs_of
+
+#: Vessels, and the format that their logs are written in.
+FLEET = (("usv", "nmea0183"), ("catamaran", "dataflash"))
+CALM = World()
+
+
+def stream(
+    vessel: str,
+    form: str,
+    changes: list[tuple[float, World]],
+    seconds: float,
+    seed: int,
+    suite: Suite = SUITE,
+) -> tuple[Campaign, Log]:
+    """A campaign with the log of one run."""
+    truth = sailed(vessel_for(vessel, form), changes, seconds, seed)
+    with tempfile.TemporaryDirectory() as name:
+        path = written(Path(name), recorded(truth, seed, suite), form)
+        campaign = load_campaign(path)
+        return campaign, read_log(campaign.logs[0].file)
+
+
+def identified(campaign: Campaign, log: Log, until: float = math.inf) -> tuple[Identifier, list[Update]]:
+    """The log through the on-line identification, up to a time."""
+    identifier, updates = Identifier(campaign), list[Update]()
+    for tables in batches(log):
+        if min(int(t.index[0]) for t in tables.tables.values()) * 1e-9 > until:
+            break
+        updates += identifier.feed("log", tables)
+    updates += identifier.finish()
+    return identifier, updates
+
+
+# --- accuracy ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors per coefficient, in the metric of the reference: (off line, on line after T, 2 T, 3 T), and agreement."""
+
+    vessel: str
+    seed: int
+    off: float
+    on: tuple[float, float, float]
+    agreement: float
+    worst: float
+
+
+def offline(campaign: Campaign, log: Log, until: float) -> tuple[dict[str, float], np.ndarray, list[str]]:
+    """Parameters of the off-line fit to the first seconds, their covariance, and their names."""
+    entry = replace(campaign.logs[0], slice=(0.0, until), role="identify")
+    runs = runs_of(replace(campaign, logs=(entry,)), [log])
+    trials = make_trials(runs, campaign.vessel, campaign.inputs, {s.quantity: s for s in campaign.sensors})
+    prepared = prepare_best(list(trials), campaign.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    names = [s.name for s in fitted.solution.structure.slots]
+    return dict(zip(names, fitted.solution.p, strict=True)), covariance_of(fitted), names
+
+
+def accuracy(task: tuple[str, str, int, float]) -> Accuracy:
+    """One stream."""
+    vessel, form, seed, seconds = task
+    campaign, log = stream(vessel, form, [(0.0, CALM)], 4.0 * seconds, seed)
+    best, covariance, names = offline(campaign, log, 4.0 * seconds)
+    own = [k for k, n in enumerate(names) if n != "input_lead"]
+    metric = np.linalg.inv(covariance[np.ix_(own, own)])
+    kept = [names[k] for k in own]
+
+    def error(p: dict[str, float]) -> float:
+        off = np.array([p[n] - best[n] for n in kept])
+        return float(np.sqrt(off @ metric @ off / len(kept)))
+
+    plain, spread, _ = offline(campaign, log, seconds)
+    found = []
+    for share in (1.0, 2.0, 3.0):
+        identifier, _ = identified(campaign, log, share * seconds)
+        assert identifier.estimator is not None
+        found.append(dict(zip(names, identifier.estimator.known.p, strict=True)))
+    sd = np.sqrt(np.diag(spread))[own]
+    apart = np.abs(np.array([found[0][n] - plain[n] for n in kept])) / sd
+    return Accuracy(
+        vessel, seed, error(plain), (error(found[0]), error(found[1]), error(found[2])),
+        float(np.mean(apart < 2.0)), float(apart.max()),
+    )  # fmt: skip
+
+
+# --- false alarms -----------------------------------------------------------------------------------------
+
+
+def quiet(task: tuple[str, str, int, float]) -> tuple[float, list[str]]:
+    """Seconds without any change, and the alarms in them."""
+    vessel, form, seed, seconds = task
+    campaign, log = stream(vessel, form, [(0.0, CALM)], seconds, seed)
+    identifier, updates = identified(campaign, log)
+    assert identifier.estimator is not None
+    return seconds, [
+        f"{vessel} {seed}: {u.t:.0f} s {u.text}" for u in updates if isinstance(u, Note) and u.warning
+    ]
+
+
+# --- changes ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Something that sets in: what came before, what comes, and the name that is right."""
+
+    name: str
+    before: World
+    after: Callable[[Vessel, float], World]
+    sizes: tuple[float, ...]
+    right: str
+
+
+def _load(vessel: Vessel, size: float) -> World:
+    del vessel
+    return World((Effect("mass_change", {"ratio": 1.0 + size}),))
+
+
+def _lost(vessel: Vessel, size: float) -> World:
+    first = next(a.name for a in vessel.actuators if a.kind in ("propeller", "thruster"))
+    return World((Effect("thrust_asymmetry", {"ratio": 1.0 - size}, first),))
+
+
+def _current(vessel: Vessel, size: float) -> World:
+    return turned(size * vessel.speed, 120.0)
+
+
+def _offset(vessel: Vessel, size: float) -> World:
+    actuator = next((a for a in vessel.actuators if a.kind == "rudder"), vessel.actuators[0])
+    return World((Effect("actuator_offset", {"offset": size * actuator.limit}, actuator.name),))
+
+
+def _weed(vessel: Vessel, size: float) -> World:
+    drag = size * abs(vessel.speed) / vessel.time_scale
+    return World(
+        (Effect("wash", {"every": 12.0, "lasting": 1.5, "u": drag, "v": drag, "r": drag / vessel.length}),)
+    )
+
+
+KINDS = (
+    Kind("current sets in", CALM, _current, (0.02, 0.05, 0.15), "current"),
+    Kind("propeller fouled", CALM, _lost, (0.04, 0.1, 0.4), "thrust_asymmetry"),
+    Kind("load taken aboard", CALM, _load, (0.05, 0.12, 0.3), "mass_change"),
+    Kind("actuator off its zero", CALM, _offset, (0.01, 0.03, 0.1), "actuator_offset"),
+    Kind("wash of others (no effect)", CALM, _weed, (0.05, 0.15, 0.4), ""),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Noticed:
+    """One change: by how much the ten-second errors rose, after how long it was noticed, what it was called."""
+
+    kind: str
+    vessel: str
+    size: float
+    ratio: float
+    delay: float
+    named: tuple[str, ...]
+    right: bool
+    early: int
+
+
+def change(task: tuple[int, str, str, float, int, float, float]) -> Noticed:
+    """One stream with a change."""
+    number, vessel, form, size, seed, at, seconds = task
+    kind = KINDS[number]
+    world = kind.after(vessel_for(vessel, form), size)
+    campaign, log = stream(vessel, form, [(0.0, kind.before), (at, world)], at + seconds, seed)
+    identifier, updates = identified(campaign, log)
+    errors = [
+        (u.t, u.values["ten_seconds_distance"])
+        for u in updates
+        if isinstance(u, Reading) and u.topic == ERRORS
+    ]
+    t, e = np.array(errors).T
+    before, after = (t > 60.0) & (t < at), (t > at + 10.0) & (t < at + 70.0)
+    ratio = float(np.sqrt(np.nanmean(e[after] ** 2) / np.nanmean(e[before] ** 2)))
+    warnings = [u.t for u in updates if isinstance(u, Note) and "stopped fitting" in u.text]
+    delay = next((w - at for w in warnings if w > at), math.inf)
+    assert identifier.estimator is not None
+    late = [c for c in identifier.estimator.changes if c.told > at]
+    suspicion = late[0].suspicion if late else None
+    named = tuple(s.label for s in suspicion.named) if suspicion else ()
+    first = {n.split(" ")[0] for n in named}
+    right = (kind.right in first) if kind.right else bool(late) and not named
+    return Noticed(kind.name, vessel, size, ratio, delay, named, right, sum(w <= at for w in warnings))
+
+
+# --- speed ------------------------------------------------------------------------------------------------
+
+FAST = Suite(
+    position=Sensor(100.0, 0.02, 0.0005), heading=Sensor(300.0, 0.006, 0.0003), yaw_rate=Sensor(300.0, 0.003, 0.0003),
+    input_rate=100.0,
+)  # fmt: skip
+
+
+def speed(seconds: float) -> tuple[float, float, float]:
+    """Samples per second of the stream, per second of processor time, and the longest pause, s."""
+    campaign, log = stream("usv", "nmea0183", [(0.0, CALM)], seconds, 1, FAST)
+    identifier = Identifier(campaign)
+    longest, began, first = 0.0, time.process_time(), None
+    for tables in batches(log):
+        before = time.process_time()
+        list(identifier.feed("log", tables))
+        if first is None and identifier.estimator is not None:
+            first = time.process_time() - began
+            continue
+        longest = max(longest, time.process_time() - before)
+    used = time.process_time() - began
+    return identifier.samples / seconds, identifier.samples / used, longest
+
+
+# --- all --------------------------------------------------------------------------------------------------
+
+
+def main() -> None:
+    """Run what is asked for, and print it."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--parts", default="accuracy,alarms,changes,speed")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--hours", type=float, default=0.5, help="of streams in which nothing happens")
+    parser.add_argument("--seconds", type=float, default=100.0, help="T of the accuracy")
+    parser.add_argument("--workers", type=int, default=1)
+    options = parser.parse_args()
+    parts = options.parts.split(",")
+    with ProcessPoolExecutor(options.workers) as pool:
+        if "accuracy" in parts:
+            tasks = [(v, f, s, options.seconds) for s in range(options.seeds) for v, f in FLEET]
+            print_lines(accuracy_lines(list(pool.map(accuracy, tasks))))
+        if "alarms" in parts:
+            count = max(1, math.ceil(options.hours / 0.5))
+            runs = [(*FLEET[k % len(FLEET)], 100 + k, 3600.0 * options.hours / count) for k in range(count)]
+            print_lines(alarm_lines(list(pool.map(quiet, runs))))
+        if "changes" in parts:
+            cases = [
+                (k, v, f, size, 10 * s + k, 240.0 + 3.7 * s + k, 130.0)
+                for k, kind in enumerate(KINDS) for size in kind.sizes for v, f in FLEET for s in range(options.seeds)
+            ]  # fmt: skip
+            print_lines(change_lines(list(pool.map(change, cases))))
+    if "speed" in parts:
+        rate, fast, longest = speed(120.0)
+        print(
+            f"\nspeed: a stream of {rate:.0f} samples/s goes through at {fast:,.0f} samples/s on one core, first fit"
+        )
+        print(f"included; the longest pause after that is {longest:.2f} s of processor time")
+
+
+def print_lines(lines: Iterator[str]) -> None:
+    """A blank line, and the lines."""
+    print()
+    for line in lines:
+        print(line, flush=True)
+
+
+def accuracy_lines(found: list[Accuracy]) -> Iterator[str]:
+    """Accuracy as a table."""
+    yield "| vessel | seed | off line, T | on line, T | 2 T | 3 T | within 2 σ of off line | worst, σ |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for a in found:
+        on = " | ".join(f"{x:.2f}" for x in a.on)
+        yield f"| {a.vessel} | {a.seed} | {a.off:.2f} | {on} | {a.agreement:.0%} | {a.worst:.1f} |"
+    good = [a.on[2] <= a.off for a in found]
+    yield f"on line with 3 T no worse than off line with T: {sum(good)} of {len(good)}"
+
+
+def alarm_lines(found: list[tuple[float, list[str]]]) -> Iterator[str]:
+    """False alarms."""
+    hours = sum(s for s, _ in found) / 3600.0
+    said = [line for _, lines in found for line in lines if "stopped fitting" in line]
+    yield f"false alarms: {len(said)} in {hours:.1f} h of manoeuvring"
+    yield from (f"  {line}" for line in said)
+
+
+def change_lines(found: list[Noticed]) -> Iterator[str]:
+    """Changes as a table."""
+    yield "| change | vessel | size | 10-s error | noticed after | named | right |"
+    yield "|---|---|---|---|---|---|---|"
+    for n in found:
+        delay = f"{n.delay:.0f} s" if np.isfinite(n.delay) else "not"
+        named = ", ".join(n.named) or ("nothing known" if np.isfinite(n.delay) else "")
+        row = f"{n.kind} | {n.vessel} | {n.size:g} | × {n.ratio:.2f} | {delay} | {named} | {'yes' if n.right else 'no'}"
+        yield f"| {row} |"
+    raised = [n for n in found if n.ratio >= 1.5]
+    soon = [n for n in raised if n.delay <= 20.0]
+    yield f"of {len(raised)} that raise the ten-second error by half or more, {len(soon)} are noticed within 20 s"
+    late = [n for n in found if np.isfinite(n.delay)]
+    yield f"of {len(late)} noticed, {sum(n.right for n in late)} are rightly named (alone or among look-alikes)"
+    yield f"alarms before the change: {sum(n.early for n in found)}"
+
+
+if __name__ == "__main__":
+    main()
