@@ -68,7 +68,8 @@ def search(
     if declared is not None and not wiring and declared.chi2_per_dof < FAR:
         fine = _rounds(declared, turns, report)
     else:
-        fine = _rounds(fit_from_scratch(structure, prepared.identify, length=ROUGH), turns, report)
+        rough = fit_from_scratch(structure, prepared.identify, length=ROUGH)
+        fine = _rounds(rough, turns, report, enough=FAR)
         if fine.chi2_per_dof < HOPELESSLY_FAR:
             fine = _rounds(refined(fine), turns, report)
     fine = _pruned(fine, report)
@@ -95,8 +96,9 @@ def refined(fitted: Fitted) -> Fitted:
     return Fitted(problem, fitted.prior, solution)
 
 
-def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) -> Fitted:
-    while True:
+def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None], enough: float = 0.0) -> Fitted:
+    """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
+    while fitted.chi2_per_dof > enough:
         actives = candidates(fitted.solution.structure)
         screened = screen(fitted, actives)
         finalists = _finalists(fitted, screened)
@@ -107,6 +109,7 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None]) ->
             return fitted
         report(f"taken: {taken.label} (gain {taken.gain:.0f})")
         fitted = settled(taken.fitted)
+    return fitted
 
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
