@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from identify.kernel import HEADING, NX, POSITION, VELOCITY
-from identify.simd import load, store
+from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
+from identify.simd import load, splat, store
 from identify.tangents import sensitivities
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -17,6 +17,9 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Rows that are taken into the moments together.
 BATCH = 8
+#: What a row is summed from: tangents, tangents of the rates, derivatives of the sensors' parameters; at most so many
+#: of each.
+SOURCES, MOST = 3, 8
 
 
 class Motion(NamedTuple):
@@ -50,14 +53,36 @@ class Sensing(NamedTuple):
     used: IntArray
 
 
+class Work(NamedTuple):
+    """Places to work in.
+
+    ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products; for the row in
+    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``count`` (SOURCES,).
+    """
+
+    batch: FloatArray
+    moment: FloatArray
+    place: IntArray
+    weight: FloatArray
+    count: IntArray
+
+
+def work_for(width: int) -> Work:
+    """Places to work in for rows of ``width``."""
+    return Work(
+        np.zeros((BATCH, width)), np.zeros((width, width)), np.zeros((SOURCES, MOST), dtype=np.int64),
+        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
+    )  # fmt: skip
+
+
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
 def moments_of_windows(
-    first, begin, length, samples, motion, steps, along, sensing, run, batch, moment, moments, residual
+    first, begin, length, samples, motion, steps, along, sensing, run, work, moments, residual
 ):
     """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2).
 
-    ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample;
-    ``batch`` (BATCH, width) and ``moment`` (width, width) are places to work in. A window that runs away gets NaN.
+    ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. A
+    window that runs away gets NaN.
     """
     m = motion
     last = moments.shape[1] - 1
@@ -72,43 +97,42 @@ def moments_of_windows(
         if done < length[w]:
             moments[w, last, last] = np.nan
             continue
-        _window(
-            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, run, batch, moment, residual, last
-        )
+        _window(begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, run, work, residual, last)
         for a in range(last + 1):
             for b in range(a + 1):
-                moments[w, a, b] = moments[w, b, a] = moment[b, a]
-
-
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def _window(begin, length, low, high, motion, sensing, run, batch, moment, residual, last):
-    width = batch.shape[1]
-    for a in range(width):
-        for b in range(width):
-            moment[a, b] = 0.0
-    filled = 0
-    for m in range(low, high):
-        place = sensing.t[m] / motion.h - begin
-        i = min(max(math.floor(place), 0), length - 1)
-        x = place - i
-        rows = 2 if sensing.kind[m] == POSITION or sensing.kind[m] == VELOCITY else 1
-        _rows(i, x, begin, m, motion, sensing, run, batch, filled, last)
-        for q in range(rows):
-            residual[m, q] = batch[filled + q, last]
-        filled += rows
-        if filled > BATCH - 2:
-            _take(batch, moment, filled, last)
-            filled = 0
-    _take(batch, moment, filled, last)
+                moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
-def _take(batch, moment, filled, last):
-    """Add the products of the rows of a batch to the upper triangle of the moments."""
-    width = batch.shape[1]
+def _window(begin, length, low, high, motion, sensing, run, work, residual, last):
+    """Sum the products of all rows of one window."""
+    width = work.batch.shape[1]
+    for a in range(width):
+        for b in range(width):
+            work.moment[a, b] = 0.0
+    filled = np.int64(0)
+    for m in range(low, high):
+        place = sensing.t[m] / motion.h - begin
+        i = min(max(math.floor(place), 0), length - 1)
+        both = sensing.kind[m] == POSITION or sensing.kind[m] == VELOCITY
+        for axis in range(2 if both else 1):
+            error = _row(axis, i, place - i, begin, m, motion, sensing, run, work)
+            _summed(sensing.weight[m], sensing.along, run, work, filled)
+            residual[m, axis] = work.batch[filled, last] = error * sensing.weight[m]
+            filled += 1
+            if filled == BATCH:
+                _take(work.batch, work.moment, last)
+                filled = np.int64(0)
     for q in range(filled, BATCH):
         for a in range(width):
-            batch[q, a] = 0.0
+            work.batch[q, a] = 0.0
+    _take(work.batch, work.moment, last)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def _take(batch, moment, last):
+    """Add the products of the rows of a batch to the upper triangle of the moments."""
+    width = batch.shape[1]
     for a in range(last + 1):
         for o in range(a - a % 8, width, 8):
             one = batch[0, a] * load(batch, o) + batch[1, a] * load(batch, width + o)
@@ -119,8 +143,48 @@ def _take(batch, moment, filled, last):
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def _summed(weight, along, run, work, filled):
+    """Put the sum of the row's summands, times ``weight``, in its place in the batch."""
+    width, place, by = work.batch.shape[1], work.place, work.weight
+    for o in range(0, width, 8):
+        total = splat(0.0)
+        for k in range(work.count[0]):
+            total = total + load(run.s, place[0, k] + o) * by[0, k]
+        for k in range(work.count[1]):
+            total = total + load(run.f, place[1, k] + o) * by[1, k]
+        for k in range(work.count[2]):
+            total = total + load(along, place[2, k] + o) * by[2, k]
+        store(work.batch, filled * width + o, total * weight)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def _add(source, place, weight, work):
+    """One more summand of the row."""
+    k = work.count[source]
+    work.place[source, k], work.weight[source, k] = place, weight
+    work.count[source] = k + 1
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+def _state(j, factor, i, x, h, work):
+    """Tangents of state ``j`` between the grid points: cubic for what integrates a velocity, else quadratic."""
+    width = work.batch.shape[1]
+    here = (i * NX + j) * width
+    there = here + NX * width
+    if j < 3:
+        _add(np.int64(0), here, factor * (1 + 2 * x) * (1 - x) * (1 - x), work)
+        _add(np.int64(0), there, factor * x * x * (3 - 2 * x), work)
+        _add(np.int64(1), here, factor * x * (1 - x) * (1 - x) * h, work)
+        _add(np.int64(1), there, factor * x * x * (x - 1) * h, work)
+    else:
+        _add(np.int64(0), here, factor * (1 - x * x), work)
+        _add(np.int64(0), there, factor * x * x, work)
+        _add(np.int64(1), here, factor * x * (1 - x) * h, work)
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
 def _interpolated(j, i, x, begin, motion, run):
-    """State ``j`` and its rate between the grid points: cubic for what integrates a velocity, else quadratic."""
+    """State ``j`` and its rate between the grid points, as ``_state`` its tangents."""
     states, rates, h = run.states, run.rates, motion.h
     here, there = states[i, j], states[i + 1, j]
     if j < 3:
@@ -145,91 +209,49 @@ def _interpolated(j, i, x, begin, motion, run):
     return z, (1 - 2 * x) * rates[i, j] + 2 * x * (there - here) / h
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def _smooth(j, i, x, h, o, run):
-    """Tangents of position or heading ``j`` between the grid points, eight columns from ``o``."""
-    width = run.s.shape[2]
-    here = (i * NX + j) * width + o
-    there = here + NX * width
-    value = load(run.s, here) * ((1 + 2 * x) * (1 - x) * (1 - x)) + load(run.f, here) * (
-        x * (1 - x) * (1 - x) * h
-    )
-    return value + (load(run.s, there) * (x * x * (3 - 2 * x)) + load(run.f, there) * (x * x * (x - 1) * h))
-
-
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def _bent(j, i, x, h, o, run):
-    """Tangents of velocity ``j`` between the grid points."""
-    width = run.s.shape[2]
-    here = (i * NX + j) * width + o
-    value = load(run.s, here) * (1 - x * x) + load(run.f, here) * (x * (1 - x) * h)
-    return value + load(run.s, here + NX * width) * (x * x)
-
-
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def _straight(j, i, x, o, run):
-    """Tangents of the rate of ``j`` between the grid points."""
-    width = run.s.shape[2]
-    here = (i * NX + j) * width + o
-    return load(run.f, here) * (1 - x) + load(run.f, here + NX * width) * x
-
-
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
-def _rows(i, x, begin, m, motion, sensing, run, batch, filled, last):
-    """One measurement's derivatives and error, both times its weight, into rows of the batch."""
-    h, sensor, used, along = motion.h, sensing.sensor, sensing.used, sensing.along
-    width, k, weight = batch.shape[1], sensing.kind[m], sensing.weight[m]
-    one, other = filled * width, (filled + 1) * width
-    psi, turn = _interpolated(2, i, x, begin, motion, run)
-    r, rr = _interpolated(5, i, x, begin, motion, run)
+def _row(axis, i, x, begin, m, motion, sensing, run, work):
+    """Error of one measurement (along ``axis``, where it has two); what its derivatives are summed from is noted."""
+    sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]
+    width, h = work.batch.shape[1], motion.h
+    heading, turning, one = np.int64(2), np.int64(5), np.int64(1)
+    psi, turn = _interpolated(heading, i, x, begin, motion, run)
+    r, change = _interpolated(turning, i, x, begin, motion, run)
+    for q in range(SOURCES):
+        work.count[q] = 0
+    if k == HEADING:
+        _state(heading, 1.0, i, x, h, work)
+        _add(np.int64(2), 0 * width, 1.0, work)
+        _add(np.int64(2), 6 * width, -turn, work)
+        return sensing.value[m, 0] - (psi + sensor[0])
+    if k == YAW_RATE:
+        _state(turning, sensor[2], i, x, h, work)
+        _add(np.int64(2), one * width, 1.0, work)
+        _add(np.int64(2), 2 * width, r, work)
+        _add(np.int64(2), 7 * width, -sensor[2] * change, work)
+        return sensing.value[m, 0] - (sensor[2] * r + sensor[1])
     c, s = math.cos(psi), math.sin(psi)
-    ax, ay = sensor[3], sensor[4]
-    lx, ly = -s * ax - c * ay, c * ax - s * ay
-    p0, p1 = 0.0, 0.0
+    # where the antenna is from the origin, north and east, and what a turn moves it by
+    ahead, aside = c * sensor[3] - s * sensor[4], s * sensor[3] + c * sensor[4]
+    at, arm, x_arm, y_arm = (ahead, -aside, c, -s) if axis == 0 else (aside, ahead, s, c)
+    place, speed = _interpolated(axis, i, x, begin, motion, run)
     if k == POSITION:
-        px, vx = _interpolated(0, i, x, begin, motion, run)
-        py, vy = _interpolated(1, i, x, begin, motion, run)
-        p0, p1, vx, vy = px + ly, py - lx, vx + lx * r, vy + ly * r
-        for o in range(0, width, 8):
-            by_psi = _smooth(2, i, x, h, o, run)
-            a, b = _smooth(0, i, x, h, o, run) + by_psi * lx, _smooth(1, i, x, h, o, run) + by_psi * ly
-            if used[3] or used[4]:
-                dx, dy = load(along, 3 * width + o), load(along, 4 * width + o)
-                a, b = a + (dx * c - dy * s), b + (dx * s + dy * c)
-            if used[5]:
-                late = load(along, 5 * width + o)
-                a, b = a - late * vx, b - late * vy
-            store(batch, one + o, a * weight)
-            store(batch, other + o, b * weight)
-    elif k == VELOCITY:
-        px, vx = _interpolated(0, i, x, begin, motion, run)
-        py, vy = _interpolated(1, i, x, begin, motion, run)
-        p0, p1 = vx + lx * r, vy + ly * r
-        gx, gy = (run.rates[i + 1, 0] - run.rates[i, 0]) / h, (run.rates[i + 1, 1] - run.rates[i, 1]) / h
-        for o in range(0, width, 8):
-            by_psi, by_r = _smooth(2, i, x, h, o, run), _bent(5, i, x, h, o, run)
-            a = _straight(0, i, x, o, run) + (by_r * lx - by_psi * (ly * r))
-            b = _straight(1, i, x, o, run) + (by_r * ly + by_psi * (lx * r))
-            if used[3] or used[4]:
-                dx, dy = load(along, 3 * width + o), load(along, 4 * width + o)
-                a, b = a - (dx * s + dy * c) * r, b + (dx * c - dy * s) * r
-            if used[8]:
-                late = load(along, 8 * width + o)
-                a, b = a - late * gx, b - late * gy
-            store(batch, one + o, a * weight)
-            store(batch, other + o, b * weight)
-    elif k == HEADING:
-        p0 = psi + sensor[0]
-        for o in range(0, width, 8):
-            a = _smooth(2, i, x, h, o, run) + (load(along, o) - load(along, 6 * width + o) * turn)
-            store(batch, one + o, a * weight)
-    else:
-        p0 = sensor[2] * r + sensor[1]
-        for o in range(0, width, 8):
-            a = _bent(5, i, x, h, o, run) * sensor[2] + (
-                load(along, width + o) + load(along, 2 * width + o) * r
-            )
-            store(batch, one + o, (a - load(along, 7 * width + o) * (sensor[2] * rr)) * weight)
-    batch[filled, last] = (sensing.value[m, 0] - p0) * weight
-    if k in (POSITION, VELOCITY):
-        batch[filled + 1, last] = (sensing.value[m, 1] - p1) * weight
+        _state(axis, 1.0, i, x, h, work)
+        _state(heading, arm, i, x, h, work)
+        if used[3] or used[4]:
+            _add(np.int64(2), 3 * width, x_arm, work)
+            _add(np.int64(2), 4 * width, y_arm, work)
+        if used[5]:
+            _add(np.int64(2), 5 * width, -(speed + arm * r), work)
+        return sensing.value[m, axis] - (place + at)
+    here = (i * NX + axis) * width
+    _add(one, here, 1 - x, work)
+    _add(one, here + NX * width, x, work)
+    _state(turning, arm, i, x, h, work)
+    _state(heading, -at * r, i, x, h, work)
+    if used[3] or used[4]:
+        _add(np.int64(2), 3 * width, r * (-s if axis == 0 else c), work)
+        _add(np.int64(2), 4 * width, r * (-c if axis == 0 else -s), work)
+    if used[8]:
+        _add(np.int64(2), 8 * width, -(run.rates[i + 1, axis] - run.rates[i, axis]) / h, work)
+    return sensing.value[m, axis] - (speed + arm * r)

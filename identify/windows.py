@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from identify import kernel
 from identify.drive import Directions, Drive, directions, drive
-from identify.measure import BATCH, Motion, Sensing, moments_of_windows
+from identify.measure import Motion, Sensing, moments_of_windows, work_for
 from identify.regression import through_water
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
@@ -213,8 +213,7 @@ def _of_windows(
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
         along[0], _sensing(problem, stretch, d.sensor, along[1]),
-        run_for(tape, int(length.max()), width, d.channels.shape[1]), np.zeros((BATCH, width)),
-        np.zeros((width, width)), found, errors,
+        run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), found, errors,
     )  # fmt: skip
     return found, errors
 
