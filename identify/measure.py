@@ -57,14 +57,14 @@ class Work(NamedTuple):
     """Places to work in.
 
     ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products; for the row in
-    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``count`` (SOURCES,).
+    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts`` (SOURCES,) how many.
     """
 
     batch: FloatArray
     moment: FloatArray
     place: IntArray
     weight: FloatArray
-    count: IntArray
+    counts: IntArray
 
 
 def work_for(width: int) -> Work:
@@ -148,11 +148,11 @@ def _summed(weight, along, run, work, filled):
     width, place, by = work.batch.shape[1], work.place, work.weight
     for o in range(0, width, 8):
         total = splat(0.0)
-        for k in range(work.count[0]):
+        for k in range(work.counts[0]):
             total = total + load(run.s, place[0, k] + o) * by[0, k]
-        for k in range(work.count[1]):
+        for k in range(work.counts[1]):
             total = total + load(run.f, place[1, k] + o) * by[1, k]
-        for k in range(work.count[2]):
+        for k in range(work.counts[2]):
             total = total + load(along, place[2, k] + o) * by[2, k]
         store(work.batch, filled * width + o, total * weight)
 
@@ -160,9 +160,9 @@ def _summed(weight, along, run, work, filled):
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
 def _add(source, place, weight, work):
     """One more summand of the row."""
-    k = work.count[source]
+    k = work.counts[source]
     work.place[source, k], work.weight[source, k] = place, weight
-    work.count[source] = k + 1
+    work.counts[source] = k + 1
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
@@ -218,7 +218,7 @@ def _row(axis, i, x, begin, m, motion, sensing, run, work):
     psi, turn = _interpolated(heading, i, x, begin, motion, run)
     r, change = _interpolated(turning, i, x, begin, motion, run)
     for q in range(SOURCES):
-        work.count[q] = 0
+        work.counts[q] = 0
     if k == HEADING:
         _state(heading, 1.0, i, x, h, work)
         _add(np.int64(2), 0 * width, 1.0, work)
