@@ -1,11 +1,12 @@
 """Xie et al. 2020, table 3: prediction errors of KVLCC2 without disturbances.
 
-python -m benchmarks.papers.p0_table3 [--seeds 5]
+python -m benchmarks.papers.p0_table3 [--seeds 5] [--quick]
 """
 
 from __future__ import annotations
 
-from benchmarks.papers.p0 import Printed, clean, seeds_from_command_line, show
+from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, show
+from benchmarks.papers.report import command_line
 
 PRINTED: dict[float, Printed] = {
     10.0: {
@@ -27,9 +28,16 @@ PRINTED: dict[float, Printed] = {
 
 
 def main() -> None:
-    seeds = seeds_from_command_line(__doc__)
+    chosen = command_line(__doc__)
+    duration = 60.0 if chosen.quick else 200.0
     for angle, printed in PRINTED.items():
-        show(f"zigzag {angle:.0f}/{angle:.0f}", lambda _, a=angle: clean(a), printed, seeds)
+        show(
+            f"zigzag {angle:.0f}/{angle:.0f}",
+            lambda _, a=angle: clean(a, duration),
+            printed,
+            chosen.seeds,
+            methods=ALL_METHODS,
+        )
 
 
 if __name__ == "__main__":

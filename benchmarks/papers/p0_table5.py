@@ -2,12 +2,13 @@
 
 The column f = 0.02 of the paper is a copy of table 3's 20/20 and is left out.
 
-python -m benchmarks.papers.p0_table5 [--seeds 5]
+python -m benchmarks.papers.p0_table5 [--seeds 5] [--quick]
 """
 
 from __future__ import annotations
 
-from benchmarks.papers.p0 import Printed, clean, disturbed, seeds_from_command_line, show
+from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, disturbed, show
+from benchmarks.papers.report import command_line
 
 PRINTED: dict[float, Printed] = {
     0.01: {
@@ -24,9 +25,16 @@ PRINTED: dict[float, Printed] = {
 
 
 def main() -> None:
-    seeds = seeds_from_command_line(__doc__)
+    chosen = command_line(__doc__)
+    truth = clean(30.0, 60.0 if chosen.quick else 200.0)
     for level, printed in PRINTED.items():
-        show(f"f = {level}", lambda s, f=level: disturbed(clean(30.0), f, s), printed, seeds)
+        show(
+            f"f = {level}",
+            lambda s, f=level: disturbed(truth, f, s),
+            printed,
+            chosen.seeds,
+            methods=ALL_METHODS,
+        )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Xie et al. 2020, table 6: prediction errors of KVLCC2, 30/30 zigzag, with samples lost at random.
 
-python -m benchmarks.papers.p0_table6 [--seeds 5]
+python -m benchmarks.papers.p0_table6 [--seeds 5] [--quick]
 """
 
 from __future__ import annotations
 
-from benchmarks.papers.p0 import Printed, clean, seeds_from_command_line, show, thinned
+from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, show, thinned
+from benchmarks.papers.report import command_line
 
 PRINTED: dict[float, Printed] = {
     0.1: {
@@ -27,10 +28,15 @@ PRINTED: dict[float, Printed] = {
 
 
 def main() -> None:
-    seeds = seeds_from_command_line(__doc__)
+    chosen = command_line(__doc__)
+    truth = clean(30.0, 60.0 if chosen.quick else 200.0)
     for share, printed in PRINTED.items():
         show(
-            f"{share:.0%} of the samples lost", lambda s, p=share: thinned(clean(30.0), p, s), printed, seeds
+            f"{share:.0%} of the samples lost",
+            lambda s, p=share: thinned(truth, p, s),
+            printed,
+            chosen.seeds,
+            methods=ALL_METHODS,
         )
 
 
