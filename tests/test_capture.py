@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
-import resource
 import signal
 import subprocess
-import sys
-import threading
 import time
 from multiprocessing import Pipe
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from capture_samples import SCRIPT, Device, capturing, ended, lines_until, raw_bytes, read_findings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.serial_line import SerialLine, block_of, nmea, nmea_record, pace
+from benchmarks.serial_line import block_of, nmea, nmea_record
 from ingest import read_log
 from ingest.errors import CampaignError, UsageError
 from ingest.ros.records import Contents
@@ -39,25 +36,11 @@ from seatrial.capture.recovery import mapped, messages, recover
 from seatrial.capture.settings import PortSettings, Protocol
 from seatrial.capture.settings_file import Wanted, settings_from
 
-SCRIPT = Path(sys.executable).parent / "seatrial"
 SECOND = 1_000_000_000
 RAW = ChannelSpec("/raw/gps", "raw", metadata=(("protocol", "nmea"), ("baud", "115200")))
 
 
 # --- the command, its processes and devices ---------------------------------------------------------------
-
-
-class Device(SerialLine):
-    """A device that a thread keeps talking."""
-
-    def talk(self, block: bytes, seconds: float, baud: int = 115_200) -> threading.Thread:
-        def go() -> None:
-            self.wait_for_reader()
-            pace(self, block, baud, seconds)
-
-        thread = threading.Thread(target=go, daemon=True)
-        thread.start()
-        return thread
 
 
 @pytest.fixture
@@ -72,57 +55,6 @@ def device(tmp_path):
     for one in made:
         with contextlib.suppress(OSError):
             os.close(one.master)
-
-
-@contextlib.contextmanager
-def capturing(*words: object, limit: int | None = None):
-    """A capture in a process group of its own."""
-
-    def prepare() -> None:
-        os.setsid()
-        if limit is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    process = subprocess.Popen(
-        [SCRIPT, "capture", *map(str, words)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=prepare,
-    )
-    try:
-        yield process
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-
-
-def ended(process: subprocess.Popen[str], by: int | None = signal.SIGINT) -> tuple[str, str]:
-    if by is not None:
-        process.send_signal(by)
-    out, err = process.communicate(timeout=30)
-    assert "Traceback" not in err, err
-    return out, err
-
-
-def raw_bytes(path: Path) -> dict[str, bytes]:
-    return {p.topic: p.data for p in recorded_ports(path)}
-
-
-def read_findings(path: Path) -> list[str]:
-    contents = Contents()
-    list(messages(mapped(path), contents))
-    return [f.message for f in contents.findings]
-
-
-def lines_until(process: subprocess.Popen[str], words: str, patience_s: float = 15.0) -> str:
-    """Stderr up to the line with these words."""
-    said, end = "", time.monotonic() + patience_s
-    while words not in said:
-        assert time.monotonic() < end, said
-        said += process.stderr.readline()
-    return said
 
 
 def test_several_ports_are_kept_byte_for_byte_decoded_and_read(device, tmp_path):

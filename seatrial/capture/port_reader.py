@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from seatrial.capture.clocks import HostClock, Stamp
-from seatrial.capture.device import Device, Unplugged
+from seatrial.capture.device import Unplugged
 from seatrial.capture.events import Events, Level
+from seatrial.capture.opening import Port, open_port
 from seatrial.capture.settings import PortSettings
 
 #: Pieces shorter than this are followed by a pause, so that slow trickles do not cost a core, bytes and s.
@@ -71,7 +72,7 @@ class PortReader(threading.Thread):
         wait, said = FIRST_WAIT_S, ""
         while True:
             try:
-                device = Device.open(self.settings.device, self.settings.baud)
+                device = open_port(self.settings)
             except Unplugged as error:
                 if str(error) != said:
                     said = str(error)
@@ -86,7 +87,7 @@ class PortReader(threading.Thread):
             if self._session(device):
                 return
 
-    def _session(self, device: Device) -> bool:
+    def _session(self, device: Port) -> bool:
         """Read until told to stop (True) or the device is gone (False)."""
         self.state.open = True
         self.state.last_ns = self._counted_ns = self.clock.stamp().log_ns
@@ -104,7 +105,7 @@ class PortReader(threading.Thread):
             self.state.open = False
             device.close()
 
-    def _read(self, device: Device) -> None:
+    def _read(self, device: Port) -> None:
         data = device.read()
         stamp = self.clock.stamp()
         if stamp.log_ns - self._counted_ns > COUNTED_EVERY_NS:
@@ -126,14 +127,14 @@ class PortReader(threading.Thread):
             self._tell(f"speaks again after {silence:.0f} s")
         self.state.last_ns = stamp.log_ns
 
-    def _drain(self, device: Device) -> None:
+    def _drain(self, device: Port) -> None:
         """Take what the system still holds, without waiting for more than one read's time."""
         while data := device.read():
             self._keep(self.clock.stamp(), data)
             if len(data) < SMALL:
                 return
 
-    def _count_line_errors(self, device: Device) -> None:
+    def _count_line_errors(self, device: Port) -> None:
         """Say what the UART has counted since the last look: overruns are bytes that are lost."""
         counts = device.line_errors()
         new = {k: n - self._counts.get(k, 0) for k, n in counts.items() if n > self._counts.get(k, 0)}

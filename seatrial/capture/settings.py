@@ -10,6 +10,8 @@ from pathlib import Path
 FLUSH_S = 0.2
 #: A chunk is written earlier when so many bytes have come together.
 FLUSH_BYTES = 1 << 18
+#: Bit rate of NMEA 2000.
+BITRATE = 250_000
 
 
 class Protocol(StrEnum):
@@ -37,12 +39,15 @@ class PortSettings:
     protocol : Protocol
     name : str
         Names its channels: ``/raw/NAME``, ``/NAME/TOPIC``.
+    bitrate : int
+        Of the bus behind a CAN adapter, bit/s.
     """
 
     device: str
     baud: int
     protocol: Protocol = Protocol.auto
     name: str = ""
+    bitrate: int = BITRATE
 
     @property
     def raw_topic(self) -> str:

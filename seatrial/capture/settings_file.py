@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from ingest.errors import CampaignError, UsageError, nearest
-from seatrial.capture.settings import CaptureSettings, PortSettings, Protocol
+from seatrial.capture.can_device import interface_of
+from seatrial.capture.settings import BITRATE, CaptureSettings, PortSettings, Protocol
 
 FILENAME = "capture.toml"
 DEFAULT_OUT = "capture-{utc}.mcap"
@@ -19,7 +20,9 @@ TOP: dict[str, tuple[type, ...]] = {
     "live": (bool,), "decode": (bool,), "port": (list,), "mute": (int, float), "campaign": (str,), "state": (str,),
     "forget_minutes": (int, float),
 }  # fmt: skip
-OF_PORT: dict[str, tuple[type, ...]] = {"device": (str,), "baud": (int,), "protocol": (str,), "name": (str,)}
+OF_PORT: dict[str, tuple[type, ...]] = {
+    "device": (str,), "baud": (int,), "protocol": (str,), "name": (str,), "bitrate": (int,),
+}  # fmt: skip
 SAID = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "[[port]] tables"}
 T = TypeVar("T")
 
@@ -41,6 +44,7 @@ class Wanted:
     campaign: Path | None = None
     state: Path | None = None
     forget_minutes: float | None = None
+    bitrates: Sequence[int] = ()
 
 
 def settings_from(wanted: Wanted) -> CaptureSettings:
@@ -92,6 +96,9 @@ def scaled(option: str, value: float | None, unit: float) -> float | None:
 def command_line_ports(wanted: Wanted) -> tuple[PortSettings, ...]:
     """The ports of the command line."""
     bauds = per_port("--baud", wanted.bauds, len(wanted.ports))
+    if bauds is None and all(interface_of(p) for p in wanted.ports):
+        bauds = [0] * len(wanted.ports)
+    bitrates = per_port("--bitrate", wanted.bitrates, len(wanted.ports)) or [BITRATE] * len(wanted.ports)
     if wanted.ports and bauds is None:
         raise UsageError(
             "--baud: expected the line rate of each port, found none. Usual: 4800, 38400, 115200."
@@ -100,9 +107,14 @@ def command_line_ports(wanted: Wanted) -> tuple[PortSettings, ...]:
         wanted.ports
     )
     return tuple(
-        PortSettings(d, b, protocol_of("--protocol", p))
-        for d, b, p in zip(wanted.ports, bauds or (), protocols, strict=True)
+        as_can(PortSettings(d, b, protocol_of("--protocol", p), bitrate=r))
+        for d, b, p, r in zip(wanted.ports, bauds or (), protocols, bitrates, strict=True)
     )
+
+
+def as_can(port: PortSettings) -> PortSettings:
+    """A port that is a CAN interface speaks what its frames are written down in."""
+    return replace(port, protocol=Protocol.slcan) if interface_of(port.device) else port
 
 
 def per_port(option: str, values: Sequence[T], count: int) -> Sequence[T] | None:
@@ -186,14 +198,17 @@ def port_of(path: Path, number: int, table: object) -> PortSettings:
         raise CampaignError(path, where.rstrip(": "), "a table", repr(table))
     check_keys(path, where, table, OF_PORT)
     for key in ("device", "baud"):
-        if key not in table:
+        if key not in table and not (key == "baud" and interface_of(str(table["device"]))):
             raise CampaignError(path, where + key, SAID[OF_PORT[key][0]], "nothing")
     name = table.get("protocol", "auto")
     if name not in Protocol.__members__:
         wrong_value(
             path, where + "protocol", f"one of {', '.join(Protocol.__members__)}", name, Protocol.__members__
         )
-    return PortSettings(table["device"], table["baud"], Protocol[name], table.get("name", ""))
+    bitrate = table.get("bitrate", BITRATE)
+    return as_can(
+        PortSettings(table["device"], table.get("baud", 0), Protocol[name], table.get("name", ""), bitrate)
+    )
 
 
 def check_keys(path: Path, where: str, table: dict[str, Any], known: dict[str, tuple[type, ...]]) -> None:

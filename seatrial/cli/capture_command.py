@@ -16,8 +16,15 @@ def command(
     config: Annotated[
         Path | None, typer.Argument(help="A capture.toml; the options win over it.", metavar="[CONFIG]")
     ] = None,
-    port: Annotated[list[str] | None, typer.Option(help="Serial port; may be given several times.")] = None,
+    port: Annotated[
+        list[str] | None,
+        typer.Option(help="Serial port, or CAN interface such as can0; may be given several times."),
+    ] = None,
     baud: Annotated[list[int] | None, typer.Option(help="Line rate of each port, or of all.")] = None,
+    bitrate: Annotated[
+        list[int] | None,
+        typer.Option(help="Bit rate of the bus behind each CAN adapter, or all [default: 250000]."),
+    ] = None,
     protocol: Annotated[
         list[str] | None,
         typer.Option(help="Of each port, or of all: auto, nmea, ubx, mavlink, slcan, imu, raw."),
@@ -44,7 +51,9 @@ def command(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
 ) -> None:
-    """Record serial ports, every byte with its time of arrival, and decode them; nothing is ever sent to a device.
+    """Record serial ports, every byte with its time of arrival, and decode them.
+
+    Nothing is ever sent to a device, but for an adapter of protocol slcan, which is told to listen.
 
     Ends with Ctrl-C. What has arrived is in the file after half a second at most, whatever happens then.
 
@@ -54,8 +63,8 @@ def command(
 
         seatrial capture --port /dev/ttyACM0 --port /dev/ttyUSB1 --baud 115200 --baud 4800 --out trial.mcap --live
     """
-    from seatrial.capture.device import check_device
     from seatrial.capture.file_series import check_out
+    from seatrial.capture.opening import check_port
     from seatrial.capture.settings_file import Wanted, settings_from
 
     wanted = Wanted(
@@ -72,6 +81,7 @@ def command(
         campaign,
         state,
         forget_minutes,
+        bitrate or [],
     )
     settings = settings_from(wanted)
     if settings.campaign is not None:
@@ -79,7 +89,7 @@ def command(
 
         check_online(settings.campaign, settings.state)
     for one in settings.ports:
-        check_device(one.device, one.baud)
+        check_port(one)
     check_out(settings)
     finish(run(settings, quiet))
 
