@@ -15,6 +15,8 @@ from ingest.log import Finding
 RESTART_NS = 1_000_000_000
 #: A time that differs by more than this from the median of its neighbours is broken.
 STRAY_NS = 1_000_000_000
+#: … and by more than so many usual steps.
+STRAY_STEPS = 5.0
 #: A step forward as large as this is looked at, too.
 LEAP_NS = 3_600_000_000_000
 #: No time is earlier or later (1896 and 2189, as UTC), so that the difference of two always fits.
@@ -129,21 +131,33 @@ def mended(
     base = t_ns[good[0]]
     out = t_ns.copy()
     out[bad] = base + np.interp(bad, good, (t_ns[good] - base).astype(float)).astype(np.int64)
+    before = np.clip(np.searchsorted(good, bad) - 1, 0, None)
+    after = np.minimum(before + 1, len(good) - 1)
+    restart = t_ns[good[after]] < t_ns[good[before]] - RESTART_NS
+    out[bad[restart]] = t_ns[good[before[restart]]]  # nothing lies between the end of one log and the next
     message = f"{len(bad)} broken time stamps; their times were taken from the neighbours'"
     return out, [Finding("clock", message, offset=max(int(offset[bad[0]]), 0), count=len(bad))]
 
 
 def strays(t_ns: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find times that differ from the median of five neighbours where time does not go on; (n,) bool."""
+    """Find times that differ from the median of five neighbours where time does not go on; (n,) bool.
+
+    Differ: by more than a second, and than a few usual steps. Two in a row that go on from one to the other are none.
+    """
     out = np.zeros(len(t_ns), dtype=bool)
     good = np.flatnonzero(~broken)
     if len(good) < 5:
         return out
     t = t_ns[good]
     suspects = np.flatnonzero(uneasy(t))
+    if not len(suspects):
+        return out
+    steps = np.diff(t)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(t, 2, mode="reflect"), 5)[suspects]
-    off = np.abs(t[suspects] - np.median(windows, axis=1))
-    out[good[suspects[off > STRAY_NS]]] = True
+    off = np.abs(t[suspects] - np.median(windows, axis=1)) > max(STRAY_NS, STRAY_STEPS * usual)
+    goes_on = np.concatenate([[False], (steps >= 0) & (steps < STRAY_NS), [False]])
+    out[good[suspects[off & ~goes_on[suspects] & ~goes_on[suspects + 1]]]] = True
     return out
 
 

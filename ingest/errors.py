@@ -6,6 +6,7 @@
     ├── UsageError            exit status 2: the command line or campaign.toml is wrong
     │   ├── CampaignError         a key or a value in campaign.toml
     │   ├── MissingLog            a file that is not there
+    │   │   └── FolderGiven           a folder where a file is expected
     │   └── MissingSignal         a named signal that is not in the log
     └── DataError             exit status 1: the data cannot give an answer
         ├── UnreadableLog         no usable record in the file
@@ -57,6 +58,16 @@ class MissingLog(UsageError):
         self.path, self.near = path, near
         hint = f" Nearest there: {', '.join(near)}." if near else ""
         super().__init__(f"{named_in}: the log {path} is not there.{hint}")
+
+
+class FolderGiven(MissingLog):
+    """A folder stands where a log file is expected."""
+
+    def __init__(self, path: Path, files: list[str]) -> None:
+        self.path, self.near, self.files = path, files[:5], files
+        more = f" and {len(files) - 5} more" if len(files) > 5 else ""
+        there = f" Files in it: {', '.join(files[:5])}{more}." if files else " There are no files in it."
+        UsageError.__init__(self, f"{path}: expected a log file, found a folder.{there}")
 
 
 class MissingSignal(UsageError):

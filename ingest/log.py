@@ -77,7 +77,8 @@ class Source:
     def name(self) -> str:
         """The signal's name as ``seatrial inspect`` prints it."""
         device = "" if self.device is None else f" (source {self.device})"
-        return " + ".join(f"{self.topic}.{f}" for f in self.fields.values()) + device
+        prefix = f"{self.topic}." if self.topic else ""
+        return " + ".join(f"{prefix}{f}" for f in self.fields.values()) + device
 
 
 @dataclass(frozen=True)

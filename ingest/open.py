@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ingest.clock import in_order, timing_findings
 from ingest.container import INNER_SUFFIXES, Contents, open_contents
-from ingest.errors import MissingLog, UnreadableLog, UsageError, nearest
+from ingest.errors import FolderGiven, MissingLog, UnreadableLog, UsageError, nearest
 from ingest.log import Finding, Log
 from ingest.looks import looks_like
 from ingest.reader import Decoded, Reader, ReadOptions
@@ -64,7 +64,11 @@ def read_log(
         topics=None if topics is None else frozenset(topics),
         dbc=None if dbc is None else Path(dbc),
     )
-    contents = open_contents(file)
+    try:
+        contents = open_contents(file)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise UnreadableLog(file, [f"to open it ({reason})"], "one that cannot be read here") from error
     reader, decoded = decode(file, contents, candidates(file, contents, format), options)
     return as_log(file, contents, reader, decoded)
 
@@ -76,6 +80,8 @@ def existing(path: Path) -> Path:
     recorded = [p for suffix in RECORDED for p in path.glob(f"*{suffix}")] if path.is_dir() else []
     if len(recorded) == 1:
         return recorded[0]
+    if path.is_dir():
+        raise FolderGiven(path, sorted(p.name for p in path.iterdir() if p.is_file()))
     try:
         there = [p.name for p in path.parent.iterdir() if p.is_file()]
     except OSError:

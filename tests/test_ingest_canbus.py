@@ -149,6 +149,13 @@ def test_glued_lines_come_apart():
     assert log_of(READER["candump"], text).bytes_damaged == 0
 
 
+@pytest.mark.parametrize("junk", [b"# a remark", b"\x00\xff", b"!!", b" what?"])
+def test_junk_right_after_a_record_costs_nothing(junk):
+    lines = [candump_line(m) for m in VOYAGE]
+    text = b"".join(line.rstrip() + junk + b"\n" if i % 7 == 3 else line for i, line in enumerate(lines))
+    assert identity(transport("candump", text)) == expected(VOYAGE)
+
+
 def test_a_line_cut_and_glued_costs_itself_only():
     lines = [candump_line(m) for m in VOYAGE]
     for cut in range(1, len(lines[50])):

@@ -188,6 +188,19 @@ def test_a_bag_is_a_folder(tmp_path, toys):
         read_log(tmp_path / "bag")
 
 
+def test_a_folder_and_a_file_that_may_not_be_read_are_said(tmp_path, monkeypatch):
+    (tmp_path / "harbour.nmea").write_bytes(b"x")
+    with pytest.raises(MissingLog, match=r"expected a log file, found a folder\. Files in it: harbour\.nmea"):
+        read_log(tmp_path)
+
+    def forbidden(path: Path) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("ingest.open.open_contents", forbidden)
+    with pytest.raises(UnreadableLog, match="Permission denied"):
+        read_log(tmp_path / "harbour.nmea")
+
+
 def test_unknown_format_names_the_nearest(tmp_path):
     with pytest.raises(UsageError, match="dataflash"):
         read_log(written(tmp_path, "x.bin", b"x"), format="dataflsh")
@@ -227,6 +240,22 @@ def test_one_broken_stamp_is_mended(spoilt, value):
     out, findings = mended(bad, np.zeros(100, dtype=bool), np.arange(100))
     assert np.abs(out - t).max() <= SECOND // 5
     assert findings[0].count >= 1
+
+
+def test_two_logs_one_after_the_other_are_continued():
+    one = np.r_[np.arange(0, 60.0, 1.0), 90.0, 90.01, 150.0] * SECOND
+    t = np.r_[one, one, one].astype(np.int64)
+    out, findings = mended(t, np.zeros(len(t), bool), np.arange(len(t)))
+    assert sum(f.count for f in findings) <= 3
+    continued, restarts = continue_clock(out)
+    assert len(restarts) == 2 and (np.diff(continued) >= 0).all()
+    assert continued[-1] >= 3 * 90 * SECOND
+
+
+def test_slow_records_are_no_strays():
+    t = (np.r_[np.arange(10.0) * 3, np.arange(10.0) * 3] * SECOND).astype(np.int64)
+    out, findings = mended(t, np.zeros(len(t), bool), np.arange(len(t)))
+    assert not findings and (out == t).all()
 
 
 def test_a_gap_in_good_time_is_not_mended():

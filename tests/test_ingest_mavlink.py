@@ -558,6 +558,14 @@ def test_ulog_text_messages_swallow_no_data():
     assert good.messages - 2 <= log.messages <= good.messages + 1
 
 
+def test_ulog_twice_in_one_file(tmp_path):
+    whole = ulog_head() + b"".join(ulog_body())
+    one, two = log_of(ULOG, whole), log_of(ULOG, whole + whole)
+    assert two.messages == 2 * one.messages
+    assert two.duration_s == pytest.approx(2 * one.duration_s, rel=0.05)
+    assert sum(f.kind == "clock" for f in two.findings) == 1
+
+
 def test_ulog_zero_and_absurd_stamps():
     body = ulog_body()
     body[30] = body[30][:5] + bytes(8) + body[30][13:]

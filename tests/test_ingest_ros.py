@@ -328,6 +328,15 @@ def test_json_of_changing_shape():
     assert table["g"].tolist()[3] == 1e20
 
 
+def test_json_without_its_stamps():
+    table, _ = json_table(
+        b'{"timestamp": {"sec": 3, "nsec": 4}}', b'{"timestamp": 5}', b'{"timestamp": {"sec": 1}}'
+    )
+    assert table["stamp_ns"].tolist() == [3_000_000_004, 0, 1_000_000_000]
+    table, _ = json_table(b'{"timestamp": {"sec": "3", "nsec": 4}, "x": 1}')
+    assert "stamp_ns" not in table
+
+
 @pytest.mark.parametrize(
     "texts",
     [[b'{"a":[{}', b"{}]}", b"{},{}"], [b"1,2", b"[3", b"4]"], [b"", b"{}"], [b"[" * 100_000, b'{"a": 1}']],

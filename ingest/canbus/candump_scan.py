@@ -10,7 +10,7 @@ import numpy as np
 from numba import int64, njit
 from numpy.typing import NDArray
 
-#: Kinds of record. A doubtful frame is not followed by a line end: it is glued, or the file ends.
+#: Kinds of record. A doubtful frame is not followed by a line end: by another, by junk, or by the end of the file.
 NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
 NEWLINE, RETURN, SPACE, TAB, HASH, OPEN, CLOSE, POINT = 10, 13, 32, 9, 35, 40, 41, 46
 MOST_CHANNELS = 64
@@ -134,7 +134,7 @@ def line_end(text: NDArray[np.uint8], i: int) -> tuple[int, int]:
         return FRAME, j + 1
     if text[j] == OPEN:
         return DOUBTFUL, j
-    return NOTHING, i
+    return (DOUBTFUL, i) if hex_digit(text[i]) < 0 else (NOTHING, i)
 
 
 @compiled

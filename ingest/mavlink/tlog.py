@@ -45,7 +45,7 @@ def chain(head: bytes, p: int, earliest: int) -> tuple[int, int]:
         v2, length, flags = head[p + STAMP] == 0xFD, head[p + STAMP + 1], head[p + STAMP + 2]
         p += STAMP + length + (12 if v2 else 8) + (13 if v2 and flags & 1 else 0)
         frames += 1
-    return min(p, len(head)), frames
+    return p if p + STAMP + 3 <= len(head) else len(head), frames
 
 
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -108,12 +109,18 @@ def timed_rows(data: memoryview, scan: Scan) -> tuple[NDArray[np.int64], NDArray
     identity = scan.records["identity"][rows]
     t_ns = stamps(data, scan, begin, identity)
     stray: list[Finding] = []
-    for one in np.unique(identity):
-        which = np.flatnonzero(identity == one)
+    series = identity.astype(np.int64) + (1 << 16) * np.searchsorted(beginnings(data), begin)
+    for one in np.unique(series):
+        which = np.flatnonzero(series == one)
         t_ns[which], found = mended(t_ns[which], t_ns[which] < 0, begin[which])
         stray += found
     t_ns, restarts = continue_clock(t_ns)
     return rows, t_ns, stray + restarts
+
+
+def beginnings(data: memoryview) -> NDArray[np.int64]:
+    """Where logs begin: several, if they were put one after the other."""
+    return np.array([m.start() for m in re.finditer(re.escape(MAGIC), data)], np.int64)
 
 
 def stamps(

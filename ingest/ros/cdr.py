@@ -32,6 +32,8 @@ Bytes = NDArray[np.uint8]
 #: Numbers, whole numbers, begins and ends of texts, (n, slots) each, and the lengths of the arrays.
 Slots = tuple[NDArray[np.float64], Integers, Integers, Integers, Integers]
 DEPTH = 16
+#: What ROS 2, Foxglove's JSON and protobuf call the two parts of a time.
+STAMPS = (("sec", "nanosec"), ("sec", "nanosecond"), ("sec", "nsec"), ("seconds", "nanos"))
 
 
 @dataclass(frozen=True)
@@ -111,15 +113,30 @@ def _table(data: Bytes, program: Program, slots: Slots, good: NDArray[np.bool_])
 def with_stamps(columns: dict[str, object]) -> dict[str, object]:
     """Return the stamp of the header as one number of nanoseconds, ``stamp_ns``."""
     for prefix in ("header.stamp", "stamp", "timestamp"):
-        for fraction in ("nanosec", "nanosecond", "nsec"):
-            second, part = columns.get(f"{prefix}.sec"), columns.get(f"{prefix}.{fraction}")
-            if second is not None and part is not None:
-                ns = np.asarray(second, np.int64) * 1_000_000_000 + np.asarray(part, np.int64)
+        for seconds, fraction in STAMPS:
+            second, part = columns.get(f"{prefix}.{seconds}"), columns.get(f"{prefix}.{fraction}")
+            if is_number(second) and is_number(part):
+                ns = whole(second) * 1_000_000_000 + whole(part)
                 rest = {
-                    k: v for k, v in columns.items() if k not in {f"{prefix}.sec", f"{prefix}.{fraction}"}
+                    k: v
+                    for k, v in columns.items()
+                    if k not in {f"{prefix}.{seconds}", f"{prefix}.{fraction}"}
                 }
                 return {"stamp_ns": ns, **rest}
     return columns
+
+
+def is_number(column: object) -> bool:
+    """Whether a column is there and holds numbers."""
+    return isinstance(column, np.ndarray) and column.dtype.kind in "iuf"
+
+
+def whole(column: object) -> Integers:
+    """Whole numbers of a column; 0 where it has none."""
+    values = np.asarray(column)
+    if values.dtype.kind == "f":
+        values = np.where(np.abs(values) < float(1 << 62), values, 0.0)
+    return values.astype(np.int64)
 
 
 def _walked(data: Bytes, start: Integers, end: Integers, program: Program, slots: Slots) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ingest.ros.cdr import with_stamps
 from ingest.ros.program import MOST_ELEMENTS, UnknownType
 
 Getter = Callable[[Any], object]
@@ -57,7 +58,7 @@ def columns_of(
     messages = [m for m in parsed if m is not None]
     columns: dict[str, object] = {}
     _collect(kind.DESCRIPTOR, messages, "", columns, 0)
-    return pd.DataFrame(_with_stamp(columns)), good
+    return pd.DataFrame(with_stamps(columns)), good
 
 
 def _parse(kind: Any, raw: bytes) -> Any:
@@ -100,13 +101,3 @@ def _put(name: str, nested: Any, values: list[Any], columns: dict[str, object], 
     elif isinstance(first, (bool, int, float)):
         whole = isinstance(first, int) and None not in values
         columns[name] = np.array(values) if whole else np.array(values, float)
-
-
-def _with_stamp(columns: dict[str, object]) -> dict[str, object]:
-    """Return the time stamp of the message as one number of nanoseconds, ``stamp_ns``."""
-    second, part = columns.get("timestamp.seconds"), columns.get("timestamp.nanos")
-    if second is None or part is None:
-        return columns
-    ns = np.nan_to_num(np.asarray(second)).astype(np.int64) * 1_000_000_000
-    rest = {k: v for k, v in columns.items() if k not in {"timestamp.seconds", "timestamp.nanos"}}
-    return {"stamp_ns": ns + np.nan_to_num(np.asarray(part)).astype(np.int64), **rest}
