@@ -510,7 +510,8 @@ def test_a_clock_that_is_set_does_not_make_the_record_step(monkeypatch):
 def test_the_live_view_shows_what_comes_and_is_prompt(tmp_path):
     import rerun as rr
 
-    from seatrial.capture.live_view import LiveView, viewer_command
+    from seatrial.capture.live_view import LiveView
+    from seatrial.capture.viewer_process import viewer_command
 
     path, port = tmp_path / "live.rrd", PortSettings("/dev/a", 115200, Protocol.nmea, "gps")
     recording = rr.RecordingStream("seatrial")

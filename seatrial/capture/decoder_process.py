@@ -14,6 +14,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
+from seatrial.capture.decoders import decoder_for
 from seatrial.capture.live_decoding import Outcome, PortDecoder
 from seatrial.capture.settings import PortSettings
 
@@ -30,8 +31,17 @@ ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP"
 MOST_BATCHES = 2000
 #: Bytes beyond which waiting batches are not taken together.
 MOST_AT_ONCE = 1 << 20
+#: A record of each protocol.
+EXAMPLES = {
+    "nmea": b"$HEHDT,10.0,T*1E\r\n$GPGGA,100000.00,5130.0000,N,00012.0000,E,4,12,0.8,5.0,M,45.0,M,,*63\r\n",
+    "mavlink": bytes.fromhex("fd0900000001010000000000000000020303510304cf2b"),
+    "slcan": b"T09F112248FF102700000000FC\r",
+    "imu": b"#YPR=12.5,-1.0,0.25\r\n" * 3,
+}
 #: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
 PROMPT, PATIENT = -10, 5
+#: The same of the decoders where somebody watches.
+WATCHED = -5
 
 Batch = list[tuple[int, list[tuple[int, bytes]]]]
 
@@ -80,7 +90,8 @@ def serve(
     online: Connection | None,
 ) -> None:
     """Decode batches until the other end closes: the main function of the process."""
-    set_niceness(PATIENT)
+    set_niceness(PATIENT if live is None else WATCHED)
+    warm_up(ports)
     view = _view(live, ports)
     link = None if online is None else OnlineLink(online)
     watchers = [w.show for w in (view, link) if w is not None]
@@ -105,6 +116,16 @@ def _view(live: LiveWanted | None, ports: tuple[PortSettings, ...]) -> LiveView 
     from seatrial.capture.live_view import LiveView
 
     return LiveView.open(live, ports)
+
+
+def warm_up(ports: tuple[PortSettings, ...]) -> None:
+    """Load what the ports' decoders need before anything comes: the first record must not wait for it."""
+    wanted = {p.protocol.value for p in ports}
+    protocols = EXAMPLES if "auto" in wanted else wanted & EXAMPLES.keys()
+    for protocol in protocols:
+        decoder = decoder_for(protocol)
+        if decoder is not None:
+            decoder.feed([(0, EXAMPLES[protocol])])
 
 
 class OnlineLink:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import queue
-import signal
-import socket
-import subprocess
-import sys
 import threading
 import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from seatrial.capture.decoders import Tables
 from seatrial.capture.live_signals import Sample, Track, samples_of
 from seatrial.capture.settings import PortSettings
+from seatrial.capture.viewer_process import wait_for
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -30,7 +26,8 @@ if TYPE_CHECKING:
 MOST_WAITING = 64
 #: How often the table of rates is renewed, and the track drawn, s.
 TABLE_S, TRACK_S = 1.0, 0.15
-MEMORY = "1GB"
+#: Batches that are sent together when the viewer is behind, and how long one may take to reach it, s.
+MOST_TOGETHER, FLUSH_S = 16, 1.0
 SPAN_S = 120.0
 
 
@@ -65,7 +62,7 @@ class LiveView:
     Attributes
     ----------
     latency_s : deque of float
-        From the arrival of a batch's last byte until it was sent to the viewer.
+        From the arrival of a batch's last byte until the viewer had it; what came before it was open, not counted.
     not_shown : int
         Batches that were dropped because the viewer was behind.
     """
@@ -89,7 +86,6 @@ class LiveView:
         self._styled: set[str] = set()
         self._track = Track()
         self._table_at = self._track_at = 0.0
-        self._server: subprocess.Popen[bytes] | None = None
         self._queue: queue.Queue[tuple[str, Tables] | None] = queue.Queue(MOST_WAITING)
         recording.send_blueprint(blueprint(name, SPAN_S, online=online))
         self._thread = threading.Thread(target=self._serve, daemon=True, name="live view")
@@ -97,21 +93,16 @@ class LiveView:
 
     @classmethod
     def open(cls, live: LiveWanted, ports: tuple[PortSettings, ...]) -> LiveView:
-        """Open a viewer that only this machine can reach, and send to it."""
+        """Send to the viewer of a capture, when it is there."""
         import rerun as rr
 
         from validate.recording.entities import APPLICATION
 
-        command = viewer_command(live.address)
-        viewer = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        )
-        wait_for(live.address, viewer)
-        recording = rr.RecordingStream(APPLICATION, recording_id=live.recording_id)
+        wait_for(live.address)
+        prompt = rr.ChunkBatcherConfig.LOW_LATENCY()
+        recording = rr.RecordingStream(APPLICATION, recording_id=live.recording_id, batcher_config=prompt)
         recording.connect_grpc(f"rerun+http://127.0.0.1:{live.address}/proxy")
-        view = cls(live.name, ports, recording, online=live.online)
-        view._server = viewer if "--web-viewer" in command else None
-        return view
+        return cls(live.name, ports, recording, online=live.online)
 
     def show(self, port: str, tables: Tables) -> None:
         """Hand a batch over, without waiting."""
@@ -121,13 +112,11 @@ class LiveView:
             self.not_shown += 1
 
     def close(self) -> None:
-        """Send what waits; a window stays open, a server for a browser ends."""
+        """Send what waits."""
         with suppress(queue.Full):
             self._queue.put(None, timeout=2.0)
             self._thread.join(2.0)
-        if self._server is not None:
-            with suppress(OSError):
-                os.killpg(self._server.pid, signal.SIGKILL)
+        self.recording.disconnect()
 
     def latencies_s(self) -> tuple[float, float, float]:
         """Median, 99th percentile and worst of the times from arrival to the viewer."""
@@ -145,13 +134,26 @@ class LiveView:
                 continue
             if batch is None:
                 break
-            self._send(*batch)
+            self._send_all([batch])
             if time.monotonic() - self._table_at >= TABLE_S:
                 self._table()
         self._table()
         self.recording.flush()
 
-    def _send(self, port: str, tables: Tables) -> None:
+    def _send_all(self, batches: list[tuple[str, Tables]]) -> None:
+        """Send a batch and those that wait behind it; they are with the viewer when this returns."""
+        with suppress(queue.Empty):
+            while len(batches) < MOST_TOGETHER and (more := self._queue.get_nowait()) is not None:
+                batches.append(more)
+            if len(batches) < MOST_TOGETHER:
+                self._queue.put_nowait(None)
+        arrived = [self._send(port, tables) for port, tables in batches]
+        self.recording.flush(timeout_sec=FLUSH_S)
+        now = time.time_ns()
+        self.latency_s.extend((now - last) * 1e-9 for last in arrived if last >= self._origin_ns)
+
+    def _send(self, port: str, tables: Tables) -> int:
+        """Send a batch; when its last byte arrived, ns (0: it is empty)."""
         now, last = time.monotonic(), 0
         self._damaged[port] = self._damaged.get(port, 0) + tables.damaged
         for topic, table in tables.tables.items():
@@ -162,8 +164,7 @@ class LiveView:
             last = max(last, seen.last_ns)
         for sample in samples_of(tables):
             self._send_sample(port, sample)
-        if last:
-            self.latency_s.append((time.time_ns() - last) * 1e-9)
+        return last
 
     def _send_sample(self, port: str, sample: Sample) -> None:
         from validate.recording import entities
@@ -241,40 +242,3 @@ class LiveView:
         return said + (
             [f"- {self.not_shown:,} batches not shown: the viewer is behind"] if self.not_shown else []
         )
-
-
-def viewer_command(port: int) -> list[str]:
-    """The command that opens an empty viewer: a window where there is a screen, else the browser."""
-    screen = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    where = ["--hide-welcome-screen"] if screen else ["--web-viewer", "--web-viewer-port", "0"]
-    return [
-        sys.executable,
-        "-m",
-        "rerun",
-        "--bind",
-        "127.0.0.1",
-        "--port",
-        str(port),
-        "--memory-limit",
-        MEMORY,
-        "--server-memory-limit",
-        MEMORY,
-        *where,
-    ]
-
-
-def free_port() -> int:
-    """A port of this machine that nobody uses."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-def wait_for(port: int, viewer: subprocess.Popen[Any], patience_s: float = 10.0) -> None:
-    """Wait until the viewer listens, or has ended, or has had time enough."""
-    end = time.monotonic() + patience_s
-    while time.monotonic() < end and viewer.poll() is None:
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return
-        time.sleep(0.05)

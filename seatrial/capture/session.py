@@ -20,18 +20,20 @@ from seatrial.capture.decoder_process import DecoderProcess, LiveWanted
 from seatrial.capture.events import Event, Events, Level
 from seatrial.capture.file_series import FileSeries
 from seatrial.capture.live_decoding import Outcome
-from seatrial.capture.live_view import free_port
 from seatrial.capture.port_reader import Piece, PortReader
 from seatrial.capture.recording_file import Message
 from seatrial.capture.records import ChannelSpec
 from seatrial.capture.settings import FLUSH_BYTES, CaptureSettings, PortSettings, Protocol
 from seatrial.capture.summary import PortSummary, Summary
+from seatrial.capture.viewer_process import Viewer
 
 if TYPE_CHECKING:
     from seatrial.online.side import OnlineSide
 
 #: How often pieces are collected, and how often counts are written, s.
 TICK_S, STATUS_S = 0.08, 1.0
+#: The same where somebody watches, s.
+LIVE_TICK_S = 0.03
 #: How long the decoders may take for what waits when the capture ends, s.
 PATIENCE_S = 10.0
 #: How long the identification may take for what waits, and for its last word, s.
@@ -66,13 +68,8 @@ class Session:
         self.clock = HostClock()
         self.events = Events(self.clock, listener)
         self.files = FileSeries(settings)
-        live = LiveWanted(
-            settings.out.stem,
-            free_port(),
-            f"{settings.out.stem}-{time.time_ns()}",
-            settings.campaign is not None,
-        )
-        self.live = live if settings.live else None
+        self.viewer = Viewer.start() if settings.live else None
+        self.live = self._live()
         self.online = self._online()
         self.decoders = self._decoders()
         self.ports = [self._port(p) for p in settings.ports]
@@ -94,7 +91,10 @@ class Session:
         for port in self.ports:
             port.reader.start()
         try:
-            while not stop.wait(TICK_S) and time.monotonic() - began < self.settings.duration_s:
+            while (
+                not stop.wait(LIVE_TICK_S if self.live else TICK_S)
+                and time.monotonic() - began < self.settings.duration_s
+            ):
                 self._tick()
         finally:
             seconds = time.monotonic() - began
@@ -108,6 +108,13 @@ class Session:
         if self.online is not None:
             self.online.feed.close()
         return found
+
+    def _live(self) -> LiveWanted | None:
+        if self.viewer is None:
+            return None
+        name = self.settings.out.stem
+        online = self.settings.campaign is not None
+        return LiveWanted(name, self.viewer.address, f"{name}-{time.time_ns()}", online)
 
     def _online(self) -> OnlineSide | None:
         if self.settings.campaign is None:
@@ -229,6 +236,8 @@ class Session:
         self._status(max(time.monotonic() - self._status_at, 1e-3))
         self._write()
         self.files.finish()
+        if self.viewer is not None:
+            self.viewer.close()
 
     def _summary(self, seconds: float) -> Summary:
         return Summary(

@@ -40,7 +40,8 @@ class LiveCurves:
 
         from validate.recording.entities import APPLICATION
 
-        recording = rr.RecordingStream(APPLICATION, recording_id=recording_id)
+        prompt = rr.ChunkBatcherConfig.LOW_LATENCY()
+        recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, batcher_config=prompt)
         recording.connect_grpc(f"rerun+http://127.0.0.1:{address}/proxy")
         return cls(name, recording)
 
