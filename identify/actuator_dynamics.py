@@ -36,10 +36,13 @@ def rate_limited(series, dt, rate):
 
 
 @njit(cache=True, nogil=True)
-def play(series, width):
-    """Backlash: the output stays until the input has crossed the half-width, then is dragged along."""
+def play(series, width, begin):
+    """Backlash: the output stays until the input has crossed the half-width, then is dragged along.
+
+    ``begin``, -1 to 1, is where in the slack it is at first.
+    """
     out = np.empty_like(series)
-    value = series[0]
+    value = series[0] + begin * width
     for i in range(series.shape[0]):
         value = min(max(value, series[i] - width), series[i] + width)
         out[i] = value

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.effect import SensorShift
+from identify.flow import PARAMETERS, channel_of
 from identify.forces import THRUSTING, channels, thrust
 from identify.kernel import CHANNEL, NM
 from identify.resample import straight_lines
@@ -68,6 +69,7 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     values = [structure.values(p, e) for e in range(len(structure.actives))]
     if same_inputs is None:
         actuators = actuators_of(structure, p, values, stretch)
+        actuators |= {c: np.full(stretch.steps * SUBSTEPS, p[k]) for c, k in flow_channels(structure).items()}
         fine = channels(structure.table.channels, structure.inputs, actuators, stretch.steps * SUBSTEPS)
         mean, slope = straight_lines(fine, SUBSTEPS)
     else:
@@ -83,6 +85,12 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     return Drive(
         mean, slope, fine, coefficients, stretch.wind + air, current, _sensor(structure, values), factor
     )
+
+
+def flow_channels(structure: Structure) -> dict[str, int]:
+    """Channels that carry the parameters of the flow behind the hull, and their slots."""
+    names = {q.name for q in PARAMETERS} if structure.model.flow else set()
+    return {channel_of(s.name): k for k, s in enumerate(structure.slots) if s.effect < 0 and s.name in names}
 
 
 def actuators_of(
@@ -102,7 +110,7 @@ def actuators_of(
     for active, v in zip(structure.actives, values, strict=True):
         name = active.variant.input
         if active.effect.actuator and name is not None:
-            series[name] = active.effect.actuator(v, series[name], dt, active.variant.options)
+            series[name] = active.effect.actuator(v, series[name], dt, active.options_in(stretch.name))
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     for item in structure.inputs:
         if item.kind in THRUSTING:
@@ -189,7 +197,12 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
     current, sensor = np.zeros((2, len(general))), np.zeros((NM, len(general)))
     driven: list[tuple[int, int]] = []
     columns: list[tuple[FloatArray, FloatArray]] = []
+    carrying = {k: c for c, k in flow_channels(structure).items()}
     for g, k in enumerate(general):
+        if k in carrying:
+            driven.append((CHANNEL + structure.table.channels.index(carrying[k]), g))
+            columns.append((np.ones(stretch.steps), np.zeros(stretch.steps)))
+            continue
         same = None if _moves_inputs(structure, int(k)) else here
         high, low = _moved(structure, p, int(k), 1.0), _moved(structure, p, int(k), -1.0)
         width = high[k] - low[k]

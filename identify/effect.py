@@ -113,6 +113,9 @@ class Effect:
         ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
     actuator : callable
         ``actuator(values, series, dt, options) -> series``: from logged input to actuator, (n,) on a fine grid.
+    begins : callable
+        ``begins(options)``: whether the actuator's own position at the begin of a log is unknown; ``actuator`` then
+        finds it in ``options["begin"]``, -1 to 1 of the effect's own width.
     rewire : callable
         ``rewire(options, {input: series}) -> {input: series}``: inputs exchanged or reversed.
     gain : callable
@@ -142,6 +145,7 @@ class Effect:
     terms: Callable[[Setting, Variant], Mapping[str, Term]] | None = None
     fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
     actuator: Callable[[Values, FloatArray, float, Mapping[str, object]], FloatArray] | None = None
+    begins: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
     gain: Callable[[Values, FloatArray], FloatArray] | None = None
     current: Callable[[Values], tuple[float, float]] | None = None
@@ -156,10 +160,17 @@ class Effect:
 
 @dataclass(frozen=True)
 class Active:
-    """An effect that is in a structure, in one of its variants."""
+    """An effect that is in a structure, in one of its variants; ``begin`` is where it is at a log's begin."""
 
     effect: Effect
     variant: Variant = field(default_factory=Variant)
+    begin: Mapping[str, float] = field(default_factory=dict)
+
+    def options_in(self, log: str) -> Mapping[str, object]:
+        """The variant's options, with where the actuator is at the begin of a log where that matters."""
+        if self.effect.begins is None:
+            return self.variant.options
+        return {**self.variant.options, "begin": self.begin.get(log, 0.0)}
 
     @property
     def label(self) -> str:

@@ -144,7 +144,7 @@ def test_a_rate_limit_bounds_the_rate():
 
 def test_play_follows_within_its_half_width():
     command = 0.3 * np.sin(np.linspace(0, 12, 600))
-    out = play(command, 0.1)
+    out = play(command, 0.1, 0.0)
     assert np.abs(out - command).max() <= 0.1 + 1e-12
     moving_up = np.diff(out) > 1e-9
     assert np.allclose((command - out)[1:][moving_up], 0.1)
@@ -369,3 +369,11 @@ def test_an_input_that_holds_is_averaged_exactly_and_one_that_varies_is_a_line()
     assert sampled(held, np.array([0.5, 1.5, 3.0])) == pytest.approx([1.0, (0.5 * 2 + 1.0) / 1.5])
     line = replace(held, held=False)
     assert sampled(line, np.array([0.4, 0.6])) == pytest.approx([1.0])
+
+
+@pytest.mark.parametrize("begin", [-1.0, 0.5])
+def test_play_begins_where_it_is_told_until_the_slack_is_taken_up(begin):
+    command = np.concatenate([np.zeros(50), np.full(50, 0.5)])
+    out = play(command, 0.1, begin)
+    assert np.allclose(out[:50], 0.1 * begin)
+    assert np.allclose(out[51:], 0.4)

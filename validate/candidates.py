@@ -20,7 +20,7 @@ Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
 #: A first look, and far from the noise a race, takes one in so many windows, each parameter still seen by so many rows.
-THIN, ENOUGH = 4, 40
+THIN, ENOUGH = 3, 400
 
 
 @dataclass(frozen=True)

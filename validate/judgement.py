@@ -14,6 +14,7 @@ from identify.noise import calibrated, dispersed_cost
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
 from identify.windows import Problem, first_states
+from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -151,17 +152,22 @@ def _raced(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, 
     some = thinned(base)
     runners = _alive([(s, begun(some, s)) for s in finalists])
     runners = _alive([(s, went_on(f, 3)) for s, f in runners[: len(runners) // 2 + 1]])
-    return _alive([(s, _whole(base, f)) for s, f in runners[:RUNNERS]])
+    return _alive([(s, _slack(base, _whole(base, f))) for s, f in runners[:RUNNERS]])
 
 
 def _nearly(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
     """Refits one after the other; what cannot come near the best so far is given up."""
     runners, target = [], np.inf
     for screened in finalists:
-        fit = refit(base, screened, target=target)
+        fit = _slack(base, refit(base, screened, target=target))
         runners.append((screened, fit))
         target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))
     return runners
+
+
+def _slack(base: Fitted, fit: Fitted) -> Fitted:
+    """A refit that stayed finite, its slack linkages begun where they were."""
+    return from_where_it_was(fit, step_tolerance(base)) if np.isfinite(fit.solution.total) else fit
 
 
 def _alive(runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:

@@ -113,13 +113,19 @@ def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None], en
 
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
-    """The most promising; far from the noise, where a first order tells little, the best variant of every effect."""
+    """The most promising; far from the noise, where a first order tells little, the best of every effect and form."""
     if fitted.chi2_per_dof < FAR:
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
-    best: dict[str, Screened] = {}
+    best: dict[tuple[str, str], Screened] = {}
     for candidate in screened:
-        best.setdefault(candidate.active.effect.name, candidate)
+        best.setdefault(_form(candidate), candidate)
     return list(best.values())
+
+
+def _form(candidate: Screened) -> tuple[str, str]:
+    """Effect and form, whichever the input or the logs."""
+    options = {k: v for k, v in candidate.active.variant.options.items() if k != "logs"}
+    return candidate.active.effect.name, str(options)
 
 
 def settled(fitted: Fitted) -> Fitted:

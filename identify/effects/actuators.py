@@ -52,7 +52,7 @@ ACTUATOR_RATE_LIMIT = Effect(
 
 def _deadband(p: Values, series: FloatArray, _: float, options: Mapping[str, object]) -> FloatArray:
     if options["form"] == "play":
-        return np.asarray(play(series, p["width"]), dtype=float)
+        return np.asarray(play(series, p["width"], options.get("begin", 0.0)), dtype=float)
     return np.asarray(deadband_neutral(series, p["width"], options.get("shape") == "shifted"), dtype=float)
 
 
@@ -71,6 +71,7 @@ ACTUATOR_DEADBAND = Effect(
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True),),
     actuator=_deadband,
+    begins=lambda o: o["form"] == "play",
     variants=lambda s: [Variant(i.name, form) for i in s.inputs for form in _FORMS],
 )  # fmt: skip
 
