@@ -187,7 +187,10 @@ def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
             off = 0.0
             for j in range(width):
                 off = max(off, (row[j] - m[order, j]) ** 2 / spread)
-            if off <= GATE * GATE or _agrees(refused[k], row, m[order], width):
+            if off > GATE * GATE and _agrees(refused[k], row, m[order], width):
+                p[order, order] += off * spread  # the filter was wrong by as much
+                off = 0.0
+            if off <= GATE * GATE:
                 good[i] = True
                 refused[k, 0] = 0.0
                 _update(m, p, order, row, noise[k], gain)
