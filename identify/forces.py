@@ -71,7 +71,7 @@ def channel_names(inputs: tuple[Input, ...]) -> tuple[str, ...]:
     if "rudder" in kinds:
         names += ["δ", "|δ|"]
     if "propeller" in kinds or "thruster" in kinds:
-        names += ["|n|n", "|n|"]
+        names += ["n", "|n|n", "|n|"]
     names += [f"P:{i.name}" for i in inputs if i.kind in ("propeller", "thruster")]
     azimuthed = azimuth_of(inputs)
     for kind, members in kinds.items():
@@ -99,6 +99,8 @@ def _channel(
 ) -> FloatArray:
     if name in _SIMPLE:
         return _SIMPLE[name](kinds, series, n)
+    if name.startswith("="):
+        return series[name]
     axis, which = name.split(":", 1)
     if axis == "P":
         return series[f"thrust {which}"]
@@ -116,10 +118,16 @@ def _mean_rudder(kinds: Mapping[str, list[Input]], series: Series, _: int) -> Fl
     return np.asarray(np.mean([series[i.name] for i in kinds["rudder"]], axis=0), dtype=float)
 
 
+def _revolutions(item: Input, force: FloatArray) -> FloatArray:
+    """Revolutions that give a thrust, so that what acts on the thrust acts on them."""
+    return force if item.law == "linear" else np.sign(force) * np.sqrt(np.abs(force))
+
+
 _SIMPLE: dict[str, Callable[[Mapping[str, list[Input]], Series, int], FloatArray]] = {
     "−": lambda k, s, n: np.full(n, -1.0),
     "δ": _mean_rudder,
     "|δ|": lambda k, s, n: np.abs(_mean_rudder(k, s, n)),
+    "n": lambda k, s, n: np.mean([_revolutions(i, s[f"thrust {i.name}"]) for i in _screws(k)], axis=0),
     "|n|n": lambda k, s, n: np.sum([s[f"thrust {i.name}"] for i in _screws(k)], axis=0),
     "|n|": lambda k, s, n: np.sum([np.abs(s[i.name]) for i in _screws(k)], axis=0),
 }

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.flow import COLUMNS, RESULTS, flow
 from identify.simd import load, nearest, splat, store
 from identify.tape import ROW, Tape
 from identify.term import FACTORS
@@ -35,6 +36,8 @@ POSITION, HEADING, YAW_RATE, VELOCITY = 0, 1, 2, 3
 
 #: Place of the first channel among the factors.
 CHANNEL = len(FACTORS)
+#: Place of the first factor that the flow behind the hull gives.
+FLOW = FACTORS.index(RESULTS[0])
 #: A speed below this counts as this where something is divided by it, m/s.
 TINY = 1e-3
 #: A velocity above this has run away.
@@ -69,6 +72,11 @@ def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q)
         q[10], q[11] = state[3], state[4]
     for k in range(channels.shape[1]):
         q[CHANNEL + k] = channels[row, k] + part * slopes[row, k]
+    if steps.needs[3]:
+        at = steps.base + steps.left.shape[0]
+        flow(q, steps.flow_place, steps.flow, at)
+        for k in range(3):
+            q[FLOW + k] = q[at + k * COLUMNS]
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from identify.kernel import CHANNEL, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
+from identify.flow import COLUMNS, flow
+from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
 from identify.simd import WIDTH, absolute, larger, load, root, splat, store
 from identify.tape import ROW, Tape
 
@@ -46,7 +47,7 @@ def population_in_lanes(
         lanes = np.ascontiguousarray(every[k : k + WIDTH, order].T)
         _run(
             first, h, euler, channels, slopes, wind, current, u0, tape.steps, place, equations, lanes, q,
-            np.zeros((2 * NX, WIDTH)), out[k : k + WIDTH],
+            np.zeros(tape.values), np.zeros((2 * NX, WIDTH)), out[k : k + WIDTH],
         )  # fmt: skip
     return out[:m]
 
@@ -58,7 +59,7 @@ def _places(tape: Tape) -> FloatArray:
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, steps, q):
+def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, steps, q, alone):
     """Fill every factor and product ``q`` (values, WIDTH)."""
     store(q, WIDTH, u)
     store(q, 2 * WIDTH, v)
@@ -82,6 +83,16 @@ def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, 
         store(q, 11 * WIDTH, load(state, 7 * WIDTH))
     for k in range(channels.shape[1]):
         store(q, (CHANNEL + k) * WIDTH, splat(channels[row, k] + part * slopes[row, k]))
+    if steps.needs[3]:
+        at = steps.base + steps.left.shape[0]
+        for lane in range(WIDTH):
+            for k in range(1, 4):
+                alone[k] = q[k, lane]
+            for k in range(channels.shape[1]):
+                alone[CHANNEL + k] = q[CHANNEL + k, lane]
+            flow(alone, steps.flow_place, steps.flow, at)
+            for k in range(3):
+                q[FLOW + k, lane] = alone[at + k * COLUMNS]
     left, right = steps.left, steps.right
     for k in range(left.shape[0]):
         one, other = WIDTH * np.int64(left[k]), WIDTH * np.int64(right[k])
@@ -89,7 +100,9 @@ def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, 
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
-def _run(first, h, euler, channels, slopes, wind, current, u0, steps, place, equations, lanes, q, work, out):
+def _run(
+    first, h, euler, channels, slopes, wind, current, u0, steps, place, equations, lanes, q, alone, work, out
+):
     """Fill ``out`` (WIDTH, n + 1, 8); ``work`` (16, WIDTH) holds states, then the sums of their rates."""
     n, stages = channels.shape[0], 1 if euler else 4
     for j in range(NX):
@@ -112,7 +125,7 @@ def _run(first, h, euler, channels, slopes, wind, current, u0, steps, place, equ
             store(work, 6 * WIDTH, ze + ke * reach)
             store(work, 7 * WIDTH, zf + kf * reach)
             part = 0.0 if euler else PART[stage]
-            _factors(u, v, r, psi, work, channels, slopes, i, part, north, east, u0, steps, q)
+            _factors(u, v, r, psi, work, channels, slopes, i, part, north, east, u0, steps, q, alone)
             kp = r
             ku, kv, kr = (
                 _sum(0, equations, place, lanes, q),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identify.forces import channel_names
+from identify.mmg import inertial_terms
 from identify.term import Term, factors_of
 from preprocess.vessel import Input, Vessel
 
@@ -21,8 +22,10 @@ class Model:
         gives (dof, term, coefficient) for those that are not free.
     source : str
         Paper and equation.
-    step : float, optional
-        The fixed step of a discrete model, s (explicit Euler); None for a continuous one.
+    discrete : bool
+        The model is its own explicit Euler step.
+    flow : bool
+        Thrust and rudder force come from the flow behind the hull, with parameters of its own (``identify.flow``).
     predicts : tuple of str
         States that it can predict.
     """
@@ -35,6 +38,7 @@ class Model:
     extra: tuple[tuple[str, str], ...] = ()
     fixed: tuple[tuple[str, str, float], ...] = ()
     discrete: bool = False
+    flow: bool = False
     predicts: tuple[str, ...] = ("x", "y", "psi", "u", "v", "r")
 
 
@@ -46,6 +50,8 @@ _ZHU = _split("v, r, |v|r, δ")
 _BLANKE = _split("ur, uv, |v|v, |v|r, δ, 1")
 _CS2 = _split("ur, uv, v, |v|v, |r|v, r, |v|r, |r|r, |u|uδ, |u|u|δ|δ")
 _CS2_SURGE = _split("u, |u|u, u³, vr, r², |n|n, |n|u")
+
+_MMG = _split("vU, rU, v³/U, v²r/U, vr²/U, r³/U, F_Ncosδ")
 
 MODELS: tuple[Model, ...] = (
     Model("nomoto1", (), (), _split("r, δ"), "Nomoto et al. 1957", predicts=("psi", "r")),
@@ -64,12 +70,26 @@ MODELS: tuple[Model, ...] = (
     Model("modulus", _split("u, u|u|, vr, r², T"), _split("v, v|v|, r, ur, F_y"), _split("r, r|r|, v, uv, N_F"),
           "Fossen 2011, sec. 7.3"),
     Model("linear", _split("u, vr, r², T"), _split("v, r, ur, F_y"), _split("r, v, uv, N_F"), "Fossen 2011, sec. 7.3"),
+    Model("mmg", _split("U², v², vr, r², v⁴/U², T_P, F_Nsinδ"), _MMG, _MMG, "Yasukawa and Yoshimura 2015, eqs. 4-27",
+          flow=True),
 )  # fmt: skip
 
 MODEL_BY_NAME = {m.name: m for m in MODELS}
 
 #: Terms that come from inertia (Coriolis), not from forces.
 _INERTIAL = {("u", "vr"), ("u", "r²"), ("v", "ur")}
+
+
+def model_for(name: str, vessel: Vessel, inputs: tuple[Input, ...]) -> Model:
+    """The model of this name for this vessel: with what its particulars fix.
+
+    Raises
+    ------
+    UsageError
+        Where the model needs particulars that the vessel does not have.
+    """
+    model = MODEL_BY_NAME[name]
+    return replace(model, fixed=inertial_terms(vessel, inputs)) if model.flow else model
 
 
 def terms_for(
@@ -100,7 +120,7 @@ def _expand(dof: str, text: str, names: tuple[str, ...]) -> Iterable[Term]:
         return
     channels = [f for f in factors_of(text) if f in ("δ", "|δ|", "|n|n", "|n|")]
     if all(c in names for c in channels):
-        yield Term(dof, text, _role(dof, text, channels), text == "|n|n")
+        yield Term(dof, text, _role(dof, text, channels), text in ("|n|n", "T_P"))
 
 
 def _role(dof: str, text: str, channels: list[str]) -> str:
@@ -108,4 +128,8 @@ def _role(dof: str, text: str, channels: list[str]) -> str:
         return "inertial"
     if text == "1":
         return "bias"
+    if text == "T_P":
+        return "thrust"
+    if text.startswith("F_N"):
+        return "rudder"
     return "rudder" if any("δ" in c for c in channels) else ("thrust" if channels else "hull")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from identify.drive import drive
+from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.stretch import Stretch
 from identify.structure import Slot, Structure
 from identify.term import FACTORS, factors_of
@@ -41,17 +42,30 @@ def factor_values(
     zero = np.zeros_like(u)
     values = (
         np.ones_like(u), u, v, r, np.abs(u), np.abs(v), np.abs(r), speed, u - u0, 1.0 / np.maximum(speed, 1e-3),
-        zero, zero, air * wx, air * wy,
+        zero, zero, air * wx, air * wy, zero, zero, zero,
     )  # fmt: skip
     return dict(zip(FACTORS, values, strict=True))
+
+
+def flow_values(
+    structure: Structure, states: FloatArray, channels: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """Thrust and rudder force by the flow behind the hull along states (n, 6), where they are used."""
+    constants = structure.table.flow
+    if not len(constants):
+        return {}
+    found = flow_along(states, np.column_stack([channels[c] for c in CHANNELS]), constants)
+    return dict(zip(RESULTS, found.T, strict=True))
 
 
 def regressors(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
     """Regressor (n, terms) of every term at the middle of each step of a stretch."""
     d = drive(structure, p, stretch)
     middle = 0.5 * (stretch.states[1:] + stretch.states[:-1])
-    values = factor_values(through_water(middle, d.current), d.wind, d.current, structure.u0)
+    middle_water = through_water(middle, d.current)
+    values = factor_values(middle_water, d.wind, d.current, structure.u0)
     values |= {name: d.channels[:, k] for k, name in enumerate(structure.table.channels)}
+    values |= flow_values(structure, middle_water, values)
     out = np.empty((stretch.steps, len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):
         out[:, k] = np.prod([values[f] for f in factors_of(term.text)], axis=0)

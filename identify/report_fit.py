@@ -39,7 +39,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
     structure, p = fitted.solution.structure, fitted.solution.p
     covariance = covariance_of(fitted)
-    own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and s.coefficient >= 0]
+    own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and s.name != "input_lead"]
     coefficients = [_coefficient(structure.slots[k], p[k], covariance[k, k], fitted, k) for k in own]
     effects, jacobians = [], []
     for e in range(len(structure.actives)):
@@ -64,6 +64,10 @@ def _typical(prepared: Prepared) -> dict[str, float]:
 
 
 def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: int) -> Estimated:
+    if slot.prior is not None:
+        return _flow_parameter(
+            slot, float(value), float(np.sqrt(max(variance, 0.0))), bool(fitted.solution.held[k])
+        )
     text, dof = (slot.term.text, slot.term.dof) if slot.term else (slot.name, "")
     stderr = float(np.sqrt(max(variance, 0.0)))
     at_bound = bool(fitted.solution.held[k])
@@ -71,6 +75,15 @@ def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: i
     return Estimated(
         dof, slot.name, float(value), stderr, unit_of(text, dof), not reason, at_bound, reason, text
     )
+
+
+def _flow_parameter(slot: Slot, value: float, stderr: float, at_bound: bool) -> Estimated:
+    """A parameter that was known beforehand within limits: identified where the data narrow these down."""
+    mean, sd = slot.prior or (0.0, np.inf)
+    reason = "at a physical bound" if at_bound else ""
+    if not reason and stderr > LARGEST_ERROR * sd:
+        reason = f"the data say little beyond what was known beforehand ({mean:g} ± {sd:g})"
+    return Estimated("", slot.name, value, stderr, slot.parameter.unit, not reason, at_bound, reason)
 
 
 def _reason(value: float, stderr: float, at_bound: bool) -> str:

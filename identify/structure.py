@@ -7,9 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from identify import flow
 from identify.effect import Active, Parameter, Setting
 from identify.forces import channel_names
-from identify.models import MODEL_BY_NAME, Model, terms_for
+from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
 from identify.tape import Tape, tape_of
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
 from ingest.errors import UsageError
@@ -47,11 +48,15 @@ class Table:
     which: IntArray
     product: IntArray
     channels: tuple[str, ...]
+    flow: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def tape(self) -> Tape:
         """The same as products and sums in order, as the compiled code takes it."""
-        return tape_of(self.product, self.equation, len(self.channels))
+        places = [len(FACTORS) + self.channels.index(c) for c in flow.CHANNELS if len(self.flow)]
+        return tape_of(
+            self.product, self.equation, len(self.channels), np.array(places, dtype=np.uint64), self.flow
+        )
 
     @cached_property
     def equation_of(self) -> IntArray:
@@ -94,14 +99,18 @@ class Structure:
         """Terms of the model, then of each effect (free ones, then those with given coefficients)."""
         factors = [factors_of(t.text) for t in self._terms]
         used = set().union(*factors)
+        constants: FloatArray = np.zeros(0)
+        if self.model.flow:
+            constants, used = flow.constants_of(self.vessel, self.inputs), used | set(flow.INPUTS)
         names = tuple(n for n in channel_names(self.inputs) if n in used)
+        names += flow.CHANNELS[len(flow.INPUTS) :] if self.model.flow else ()
         index = {f: k for k, f in enumerate((*FACTORS, *names))}
         product = np.zeros((len(self._terms), MOST_FACTORS), dtype=np.int64)
         for row, mine in zip(product, factors, strict=True):
             places = [index[f] for f in mine if f != "1"]
             row[: len(places)] = places
         equation = np.array([_EQUATION[t.dof] for t in self._terms], dtype=np.int64)
-        return Table(self._terms, equation, np.arange(len(self._terms)), product, names)
+        return Table(self._terms, equation, np.arange(len(self._terms)), product, names, constants)
 
     @cached_property
     def _free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
@@ -150,6 +159,7 @@ class Structure:
             for k, t in enumerate(self.setting.terms)
         ]
         k = len(slots) + len(self.model.fixed)
+        slots += self._flow_slots()
         for e, (active, free) in enumerate(zip(self.actives, self._free_terms, strict=True)):
             slots += [Slot(n, e, Parameter(n, "", 1.0), k + j, t) for j, (n, t) in enumerate(free)]
             k += len(free)
@@ -163,6 +173,18 @@ class Structure:
                 Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd))
             )
         return tuple(slots)
+
+    def _flow_slots(self) -> list[Slot]:
+        """Parameters of the flow behind the hull, each with what is known of it beforehand."""
+        if not self.model.flow:
+            return []
+        known = flow.known_beforehand(self.vessel)
+        return [
+            Slot(
+                q.name, -1, Parameter(q.name, "1", q.sd, q.bounds, known[q.name]), prior=(known[q.name], q.sd)
+            )
+            for q in flow.PARAMETERS
+        ]
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:
         """Named parameter values of one active effect."""
@@ -211,7 +233,7 @@ def structure_for(
         raise UsageError(
             f"the model '{model_name}' is not available in this version; there are {', '.join(MODEL_BY_NAME)}."
         )
-    model = MODEL_BY_NAME[model_name]
+    model = model_for(model_name, vessel, inputs)
     terms, notes = terms_for(model, vessel, inputs)
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)
     return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes

@@ -13,9 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.flow import COLUMNS as BY_FLOW
 from identify.kernel import (
     CHANNEL,
     FAR,
+    FLOW,
     NX,
     PART,
     REACH,
@@ -154,6 +156,14 @@ def _jacobian(steps, q, psi, north, east, adjoint, jacobian, place):
         store(jacobian, place + 5 * ROW, by_wx * (wy + v) - by_wy * (wx + u))
         store(adjoint, 12 * ROW, by_wx * c - by_wy * s)
         store(adjoint, 13 * ROW, by_wx * s + by_wy * c)
+    if steps.needs[3]:
+        at = steps.base + steps.left.shape[0]
+        for k in range(3):
+            by, d = load(adjoint, (FLOW + k) * ROW), at + k * BY_FLOW + 1
+            by_u, by_v, by_r = by_u + by * q[d], by_v + by * q[d + 1], by_r + by * q[d + 2]
+            for c in range(steps.flow_place.shape[0]):
+                to = ROW * np.int64(steps.flow_place[c])
+                store(adjoint, to, load(adjoint, to) + by * q[d + 3 + c])
     if steps.needs[2]:
         store(jacobian, place + 3 * ROW, load(adjoint, 10 * ROW))
         store(jacobian, place + 4 * ROW, load(adjoint, 11 * ROW))

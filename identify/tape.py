@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from identify.flow import RESULTS, ROOM
 from identify.term import FACTORS
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -21,16 +22,17 @@ PlaceArray = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
 ROW = 8
 #: Summands are worked on in groups of this many.
 GROUP = 4
-#: What a tape needs beside the velocities: speed and its inverse, the air, states of its own.
-NEEDS = (("U", "/U"), ("Vwx", "Vwy"), ("e1", "e2"))
+#: What a tape needs beside the velocities: speed and its inverse, the air, states of its own, the flow behind the hull.
+NEEDS = (("U", "/U"), ("Vwx", "Vwy"), ("e1", "e2"), RESULTS)
 
 
 class Steps(NamedTuple):
     """What the compiled code takes of a tape.
 
     ``left``, ``right`` (t,) places of the two values of each product, ``single`` (m,) places of the other summands,
-    t and m multiples of ``GROUP`` (what was added to make them so counts nothing); ``needs`` (3,) what of ``NEEDS``
-    there is; ``base`` number of factors and channels, which is the place of the first product.
+    t and m multiples of ``GROUP`` (what was added to make them so counts nothing); ``needs`` (4,) what of ``NEEDS``
+    there is; ``base`` number of factors and channels, which is the place of the first product. ``flow_place`` (10,)
+    and ``flow`` (11,) are what ``identify.flow.flow`` takes, empty without one.
     """
 
     left: PlaceArray
@@ -38,6 +40,8 @@ class Steps(NamedTuple):
     single: PlaceArray
     needs: IntArray
     base: int
+    flow_place: PlaceArray
+    flow: FloatArray
 
 
 @dataclass(frozen=True)
@@ -59,8 +63,8 @@ class Tape:
 
     @property
     def values(self) -> int:
-        """Number of values."""
-        return self.steps.base + len(self.steps.left)
+        """Number of values, and room for what the flow gives."""
+        return self.steps.base + len(self.steps.left) + ROOM
 
     @property
     def summands(self) -> int:
@@ -74,7 +78,9 @@ class Tape:
         )
 
 
-def tape_of(product: IntArray, equation: IntArray, channels: int) -> Tape:
+def tape_of(
+    product: IntArray, equation: IntArray, channels: int, flow_place: PlaceArray, flow: FloatArray
+) -> Tape:
     """Write a table of products (p, factors) in equations (p,) as a tape."""
     base = len(FACTORS) + channels
     known: dict[tuple[int, ...], int] = {}
@@ -96,7 +102,9 @@ def tape_of(product: IntArray, equation: IntArray, channels: int) -> Tape:
     singles += [0] * (-len(singles) % GROUP)
     target = np.array([ROW * row[v] for v in values], dtype=np.int64) + equation
     left, right = (np.array([p[k] for p in pairs], dtype=np.uint64) for k in (0, 1))
-    steps = Steps(left, right, np.array(singles, dtype=np.uint64), _needs(product, equation), base)
+    steps = Steps(
+        left, right, np.array(singles, dtype=np.uint64), _needs(product, equation), base, flow_place, flow
+    )
     return Tape(steps, np.array(values, dtype=np.uint64), target)
 
 

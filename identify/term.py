@@ -1,8 +1,9 @@
 """The text of a regressor, and the product of factors that it stands for.
 
 A term is written as the field writes it: ``|v|r``, ``Δu³/U``, ``δ²U²``. Its factors are velocities of the hull
-through the water, powers of the speed, states of their own (``e1``, ``e2``), the air's relative velocity, or
-channels: time series made from the inputs (``δ``, ``|n|n``, ``T:thruster``).
+through the water, powers of the speed, states of their own (``e1``, ``e2``), the air's relative velocity, thrust and
+rudder force by the flow behind the hull (``T_P``, ``F_Nsinδ``, ``F_Ncosδ``: ``identify.flow``), or channels: time
+series made from the inputs (``δ``, ``|n|n``, ``T:thruster``).
 """
 
 from __future__ import annotations
@@ -11,13 +12,17 @@ import re
 from dataclasses import dataclass
 
 #: Factors that the compiled rollout knows, in the order of its table; channels follow.
-FACTORS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U", "e1", "e2", "Vwx", "Vwy")
+FACTORS = (
+    "1", "u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U", "e1", "e2", "Vwx", "Vwy", "T_P", "F_Nsinδ", "F_Ncosδ",
+)  # fmt: skip
 
 #: At most this many factors in one product.
 MOST_FACTORS = 6
 
-_POWERS = {"²": 2, "³": 3}
-_TOKEN = re.compile(r"−|\|n\|n|\|n\||\|[uvrδ]\||Δu|/U|F_y|N_F|Vwx|Vwy|e1|e2|[TFNP]:[A-Za-z0-9_\-]+|[uvrUTδ1]")
+_POWERS = {"²": 2, "³": 3, "⁴": 4}
+_TOKEN = re.compile(
+    r"T_P|F_N(?:sin|cos)δ|−|\|n\|n|\|n\||\|[uvrδ]\||Δu|/U|F_y|N_F|Vwx|Vwy|e1|e2|[TFNP]:[A-Za-z0-9_\-]+|[uvrUTδ1]"
+)
 
 _SI = {"u": "m/s", "v": "m/s", "r": "rad/s", "U": "m/s", "Δu": "m/s"}
 
@@ -25,6 +30,7 @@ _SI = {"u": "m/s", "v": "m/s", "r": "rad/s", "U": "m/s", "Δu": "m/s"}
 _DIMENSIONS: dict[str, tuple[int, int]] = {
     "u": (1, -1), "v": (1, -1), "|u|": (1, -1), "|v|": (1, -1), "U": (1, -1), "Δu": (1, -1), "/U": (-1, 1),
     "r": (0, -1), "|r|": (0, -1), "|n|n": (0, -2), "|n|": (0, -1), "Vwx": (2, -2), "Vwy": (2, -2), "e2": (0, -1),
+    "T_P": (1, -2), "F_Nsinδ": (1, -2), "F_Ncosδ": (1, -2),
 }  # fmt: skip
 
 
@@ -107,4 +113,4 @@ class Term:
 
 
 #: How symbols are written in names.
-_LETTERS = str.maketrans({"²": "2", "³": "3", "/": "_", "Δ": "d", "δ": "delta"})
+_LETTERS = str.maketrans({"²": "2", "³": "3", "⁴": "4", "/": "_", "Δ": "d", "δ": "delta"})

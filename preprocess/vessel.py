@@ -11,7 +11,10 @@ KINDS = ("rudder", "propeller", "thruster", "azimuth", "tunnel")
 
 @dataclass(frozen=True)
 class Vessel:
-    """Particulars in SI units; positions are (forward, starboard) of the campaign's origin point."""
+    """Particulars in SI units; positions are (forward, starboard) of the campaign's origin point.
+
+    ``added_mass`` is that of surge and sway, kg, and of yaw, kg m².
+    """
 
     name: str
     length: float
@@ -27,6 +30,7 @@ class Vessel:
     magnetic_variation: float = 0.0
     propeller: Mapping[str, float] = field(default_factory=dict)
     rudder: Mapping[str, float] = field(default_factory=dict)
+    added_mass: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

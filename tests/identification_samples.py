@@ -19,7 +19,10 @@ MOTORS = (
     Input("left", "thruster", position=(-0.35, -0.3)),
     Input("right", "thruster", position=(-0.35, 0.3)),
 )
-BOAT = Vessel("boat", length=1.2, beam=0.5)
+BOAT = Vessel(
+    "boat", length=1.2, beam=0.5, draught=0.1, mass=25.0,
+    propeller={"diameter": 0.06, "k0": 0.29, "k1": -0.28, "k2": -0.14}, rudder={"area": 0.004, "height": 0.08},
+)  # fmt: skip
 
 
 def structure_of(model, inputs=(RUDDER, PROPELLER), **options):

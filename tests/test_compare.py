@@ -94,7 +94,7 @@ def test_the_best_comes_first_and_what_failed_last():
 def test_a_model_that_is_not_there_is_a_row_and_not_the_end():
     rows = comparison.rows(trials(), [Method("mmg"), Method("linear", "ls")], 0, 1, None, lambda *_: None)
     by_model = {r["model"]: r for r in rows}
-    assert "cannot be fitted" in by_model["mmg"]["note"]
+    assert "[vessel.propeller] diameter" in by_model["mmg"]["note"]
     assert by_model["linear"]["error"] > 0
     with pytest.raises(UsageError):
         score_method(Task(trials(), Method("mmg"), 0))

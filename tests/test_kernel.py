@@ -12,6 +12,7 @@ from identify import kernel, tangents
 from identify.drive import directions, drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
+from identify.flow import PARAMETERS
 from identify.lanes import population_in_lanes
 from identify.models import MODELS
 from identify.predict import run
@@ -161,6 +162,29 @@ def test_sensitivities_along_channels_current_wind_and_states_of_their_own(what)
     assert_same_slopes(structure, p, stretch_of(MOTORS), FIRST, tolerance=2e-3)
 
 
+def paper_flow(structure, at):
+    """Thrust and rudder force per mass as Yasukawa and Yoshimura 2015 write them (eqs. 12-27)."""
+    vessel = structure.vessel
+    screw, rudder, length = vessel.propeller, vessel.rudder, vessel.length
+    d, area, aspect = screw["diameter"], rudder["area"], rudder["height"] ** 2 / rudder["area"]
+    speed = np.hypot(at["u"], at["v"])
+    beta, turn = np.arctan2(-at["v"], at["u"]), at["r"] * length / speed
+    beta_p, beta_r = beta + 0.48 * turn, beta - at["=l_R"] * turn
+    c2 = at["=C_2plus"] if beta_p > 0 else at["=C_2minus"]
+    wake = 1 - (1 - at["=w_P0"]) * (1 + (1 - np.exp(-2.0 * abs(beta_p))) * (c2 - 1))
+    n, delta = at["n"], at["δ"]
+    advance = at["u"] * (1 - wake) / (n * d)
+    k_t = screw["k0"] + screw["k1"] * advance + screw["k2"] * advance**2
+    eta, kappa = d / rudder["height"], at["=kappa"]
+    race = 1 + kappa * (np.sqrt(1 + 8 * k_t / (np.pi * advance**2)) - 1)
+    u_r = at["=epsilon"] * at["u"] * (1 - wake) * np.sqrt(eta * race**2 + 1 - eta)
+    v_r = speed * (at["=gamma_Rplus"] if beta_r > 0 else at["=gamma_Rminus"]) * beta_r
+    lift = 6.13 * aspect / (2.25 + aspect)
+    normal = 500.0 * area * (u_r**2 + v_r**2) * lift * np.sin(delta - np.arctan2(v_r, u_r)) / vessel.mass
+    thrust = 1000.0 * n**2 * d**4 * k_t / vessel.mass
+    return {"T_P": thrust, "F_Nsinδ": normal * np.sin(delta), "F_Ncosδ": normal * np.cos(delta)}
+
+
 def plain_derivative(structure, p, z, channels, wind, current):
     """The model's derivative written out term by term, with nothing compiled: what everything else is held against."""
     _, _, psi, u, v, r, e1, e2 = z
@@ -172,6 +196,8 @@ def plain_derivative(structure, p, z, channels, wind, current):
         "1": 1.0, "u": u, "v": v, "r": r, "|u|": abs(u), "|v|": abs(v), "|r|": abs(r), "U": speed,
         "Δu": u - structure.u0, "/U": 1.0 / max(speed, 1e-3), "e1": e1, "e2": e2, "Vwx": air * wx, "Vwy": air * wy,
     } | dict(zip(structure.table.channels, channels, strict=True))  # fmt: skip
+    if structure.model.flow:
+        values |= paper_flow(structure, values)
     f = dict.fromkeys(("u", "v", "r", "e1", "e2"), 0.0)
     for term, coefficient in zip(structure.table.terms, p, strict=True):
         f[term.dof] += coefficient * np.prod([values[x] for x in factors_of(term.text)])
@@ -188,6 +214,11 @@ def test_compiled_accelerations_are_those_of_the_terms(model):
             rng.standard_normal(len(table.terms)),
             rng.standard_normal(len(table.channels)),
         )
+        if structure.model.flow:  # ahead, and the race faster than the ship
+            own = {q.name: q for q in PARAMETERS}
+            usual = [own[c[1:]].usual if c[1:] in own else 0.0 for c in table.channels]
+            z[3], channels = 0.5 + abs(z[3]), np.array(usual) + 0.05 * channels
+            channels[table.channels.index("n")] = 60.0
         found = kernel.accelerations_at(table.tape, z, channels, wind, current, structure.u0, coefficients)
         expected = plain_derivative(structure, coefficients, z, channels, wind, current)
         assert np.allclose(found, expected[3:], rtol=1e-12, atol=1e-12)

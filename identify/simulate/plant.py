@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from identify.drive import Drive, drive
 from identify.predict import run
-from identify.regression import factor_values
+from identify.regression import factor_values, flow_values
 from identify.simulate.helm import Helm
 from identify.simulate.rebuild import Rebuilt
 from identify.stretch import Samples, Stretch
@@ -158,6 +158,7 @@ def straight_acceleration(plant: Plant, throttle: float, speeds: FloatArray) -> 
     n = len(speeds)
     values = factor_values(states, np.zeros((n, 2)), np.zeros(2), structure.u0)
     values |= {name: np.full(n, d.channels[-1, k]) for k, name in enumerate(structure.table.channels)}
+    values |= flow_values(structure, states, values)
     total = np.zeros(n)
     for term, coefficient in zip(structure.table.terms, d.coefficients, strict=True):
         if term.dof == "u":

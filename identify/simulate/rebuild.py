@@ -12,7 +12,7 @@ import numpy as np
 from identify.effect import Active, Effect, Setting, Variant
 from identify.effects import EFFECTS
 from identify.fit import Estimated, Fit, FittedEffect
-from identify.models import MODEL_BY_NAME, terms_for
+from identify.models import MODEL_BY_NAME, model_for, terms_for
 from identify.structure import Structure
 from identify.term import Term, factors_of
 from ingest.errors import UsageError, nearest
@@ -73,10 +73,10 @@ def rebuild(fit: Fit) -> Rebuilt:
 def _structure(fit: Fit) -> Structure:
     if fit.model not in MODEL_BY_NAME:
         raise UsageError(f"the model '{fit.model}' is not known here; there are {', '.join(MODEL_BY_NAME)}.")
-    model = MODEL_BY_NAME[fit.model]
+    model = model_for(fit.model, fit.vessel, fit.inputs)
     declared = {(t.dof, t.text): t for t in terms_for(model, fit.vessel, fit.inputs)[0]}
     by_name = {t.name: t for t in declared.values()}
-    terms = tuple(_term(c, declared, by_name) for c in fit.coefficients)
+    terms = tuple(_term(c, declared, by_name) for c in fit.coefficients if c.dof)
     if any("Δu" in factors_of(t.text) for t in terms) and fit.u0 is None:
         raise UsageError(
             f"the model '{fit.model}' has terms in Δu, and its file does not say about which speed."
