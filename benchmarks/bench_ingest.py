@@ -1,6 +1,8 @@
 """How fast logs are read, against the peers in the same run, and how much is recovered from damaged ones.
 
-    python -m benchmarks.bench_ingest [--only tlog] [--scale 0.2] [--json FILE] [--no-damage]
+    python -m benchmarks.bench_ingest [--only tlog] [--scale 0.2] [--json FILE] [--no-damage] [--cold] [--files DIR]
+
+``--cold`` adds the first read on a fresh machine, which compiles; ``--files`` what each log of a folder gave.
 
 Times are processor time: ours the best of three after a first read (which may compile), the peer's of one.
 Memory is the peak of what is allocated while reading over the size of the decoded columns.
@@ -13,6 +15,7 @@ import contextlib
 import json
 import os
 import random
+import subprocess
 import sys
 import tempfile
 import time
@@ -104,7 +107,7 @@ def damage(case: Case, folder: Path, scale: float) -> list[dict[str, object]]:
     """Rows of the table of damage."""
     if case.records is None:
         return []
-    path = case.make(folder, min(scale, 1.0) * 0.05)
+    path = case.make(folder, max(0.02, 0.05 * min(scale, 1.0)))
     head, *records = case.records(path.read_bytes())
     base = case.ours(path) - len(records)
     rows = []
@@ -116,9 +119,53 @@ def damage(case: Case, folder: Path, scale: float) -> list[dict[str, object]]:
         intact = len(records) - (0 if keeps else len(spots))
         if kind == "flipped" and not case.checksummed:
             intact = len(records)
-        own, other = case.ours(target) - base, case.peer(target) - base
+        own, other = (max(0, read(target) - base) for read in (case.ours, case.peer))
         rows.append({"log": case.name, "damage": kind, "intact": intact, "ours": own, "peer": other})
     return rows
+
+
+COLD = """
+import sys, time
+begin = time.process_time()
+from ingest import read_log
+read_log(sys.argv[1])
+first = time.process_time() - begin
+begin = time.process_time()
+read_log(sys.argv[1])
+print(first, time.process_time() - begin)
+"""
+
+
+def cold(case: Case, folder: Path) -> dict[str, object]:
+    """First read of a small log without compiled code on the disk, with it in a new process, and once more."""
+    path = case.make(folder, 0.01)
+    seconds = []
+    with tempfile.TemporaryDirectory() as cache:
+        for _ in range(2):
+            seconds += subprocess.run(
+                [sys.executable, "-c", COLD, str(path)], env={**os.environ, "NUMBA_CACHE_DIR": cache},
+                cwd=Path(__file__).parents[1], capture_output=True, text=True, check=True,
+            ).stdout.split()  # fmt: skip
+    fresh, _, start, again = map(float, seconds)
+    return {"log": case.name, "fresh machine s": fresh, "new process s": start, "again s": again}
+
+
+def given(path: Path) -> dict[str, object]:
+    """What one log gave."""
+    from ingest import read_log
+
+    log = read_log(path)
+    read_log(path)
+    begin = time.process_time()
+    read_log(path)
+    seconds = time.process_time() - begin
+    noticed = sorted({f.kind for f in log.findings})
+    return {
+        "file": path.name, "format": log.format, "messages": log.messages, "topics": len(log.tables),
+        "s": round(log.duration_s, 1), "UTC": "yes" if log.utc_ns is not None else "no",
+        "damaged": log.bytes_damaged, "read in s": seconds, "found": " ".join(noticed) or "-",
+        "quantities": " ".join(dict.fromkeys(s.quantity for s in log.sources)) or "-",
+    }  # fmt: skip
 
 
 def table(rows: list[dict[str, object]]) -> str:
@@ -139,6 +186,8 @@ def main() -> None:
     parser.add_argument("--scale", type=float, default=1.0)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--no-damage", action="store_true")
+    parser.add_argument("--cold", action="store_true")
+    parser.add_argument("--files", type=Path, metavar="DIR")
     options = parser.parse_args()
     cases = [c for c in all_cases() if not options.only or c.name in options.only]
     with tempfile.TemporaryDirectory() as folder, silent():
@@ -146,9 +195,12 @@ def main() -> None:
         damages = (
             [] if options.no_damage else [r for c in cases for r in damage(c, Path(folder), options.scale)]
         )
-    print(table(speeds), table(damages), sep="\n\n")
+        colds = [cold(c, Path(folder)) for c in cases] if options.cold else []
+        files = [given(p) for p in sorted(options.files.iterdir())] if options.files else []
+    print(*filter(None, map(table, (speeds, damages, colds, files))), sep="\n\n")
     if options.json:
-        options.json.write_text(json.dumps({"speed": speeds, "damage": damages}, indent=1))
+        results = {"speed": speeds, "damage": damages, "cold": colds, "files": files}
+        options.json.write_text(json.dumps(results, indent=1))
 
 
 if __name__ == "__main__":

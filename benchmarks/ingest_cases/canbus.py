@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from benchmarks.ingest_cases import Case
@@ -90,7 +90,68 @@ def lines(data: bytes) -> list[bytes]:
     return [b"", *data.splitlines(keepends=True)]
 
 
+def writer(suffix: str) -> Callable[[Path, float], Path]:
+    """A function that writes a log of another format with python-can."""
+
+    def make(folder: Path, scale: float) -> Path:
+        import can
+
+        path = folder / f"bench{suffix}"
+        ticks = [list(frames(i)) for i in range(100)]
+        with can.Logger(str(path)) as log:
+            for i, tick in zip(range(int(12_000 * scale)), itertools.cycle(ticks), strict=False):
+                for k, text in enumerate(tick):
+                    can_id, _, data = text.partition("#")
+                    message = can.Message(
+                        START_S + i * 0.1 + k * 1e-3,
+                        int(can_id, 16),
+                        True,
+                        data=bytes.fromhex(data),
+                        channel=0,
+                    )
+                    log.on_message_received(message)
+        return path
+
+    return make
+
+
+def transport(name: str) -> Callable[[Path], int]:
+    """A function that reads the frames of a log of a format."""
+
+    def read(path: Path) -> int:
+        import importlib
+
+        from ingest.container import open_contents
+
+        return len(importlib.import_module(f"ingest.canbus.{name}").read(open_contents(path).data).frames)
+
+    return read
+
+
+def peer_any(path: Path) -> int:
+    import can
+
+    count = 0
+    try:
+        with can.LogReader(str(path)) as reader:
+            for _ in reader:
+                count += 1
+    except (ValueError, IndexError, KeyError):
+        pass
+    return count
+
+
+def with_header(data: bytes) -> list[bytes]:
+    """Header and then a line each: up to the first line with eight data bytes or fewer in it."""
+    text = data.splitlines(keepends=True)
+    first = next(i for i, line in enumerate(text) if b" Rx " in line)
+    return [b"".join(text[:first]), *(line for line in text[first:] if b" Rx " in line)]
+
+
 CASES = (
+    Case("asc frames", "python-can", 1.0, writer(".asc"), transport("asc"), peer_any, with_header, False),
+    Case("trc frames", "python-can", 1.0, writer(".trc"), transport("trc"), peer_any, with_header, False),
+    Case("blf frames", "python-can", 1.0, writer(".blf"), transport("blf"), peer_any),
     Case("candump frames", "python-can", 5.0, make_candump, ours_frames, peer_frames, lines, False),
     Case("candump NMEA 2000", "python-can + nmea2000", 1.5, make_candump, ours, peer_messages),
 )

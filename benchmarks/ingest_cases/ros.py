@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
 
 from benchmarks.ingest_cases import Case
@@ -57,4 +58,54 @@ def peer_mcap(path: Path) -> int:
     return sum(map(len, rows.values()))
 
 
-CASES = (Case("mcap ROS 2 CDR", "mcap_ros2 decoder", 3, make_mcap, ours, peer_mcap),)
+def make_plain(folder: Path, scale: float) -> Path:
+    """The same without chunks and without an end, so that it can be cut into records."""
+    from mcap.reader import make_reader
+    from mcap.writer import Writer
+
+    source, path = make_mcap(folder, scale / 4), folder / "plain.mcap"
+    with source.open("rb") as file, path.open("wb") as out:
+        reader, writer = make_reader(file), Writer(out, use_chunking=False)
+        writer.start()
+        numbers = {}
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic not in numbers:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                numbers[channel.topic] = writer.register_channel(channel.topic, "cdr", number)
+            writer.add_message(numbers[channel.topic], message.log_time, message.data, message.publish_time)
+        writer.finish()
+    return path
+
+
+def peer_stream(path: Path) -> int:
+    """What the reader that needs no index gives before it stops."""
+    from mcap.exceptions import McapError
+    from mcap.reader import NonSeekingReader
+    from mcap_ros2.decoder import DecoderFactory
+
+    count = 0
+    with path.open("rb") as file:
+        reader = NonSeekingReader(file, decoder_factories=[DecoderFactory()])
+        try:
+            for _ in reader.iter_decoded_messages(log_time_order=False):
+                count += 1
+        except (McapError, ValueError, KeyError, IndexError, struct.error, MemoryError):
+            pass
+    return count
+
+
+def mcap_records(data: bytes) -> list[bytes]:
+    """All up to the first message that has every channel before it, and then a message each."""
+    pieces, p = [], 8
+    while p < len(data) and data[p] != 0x0F:
+        n = 9 + int.from_bytes(data[p + 1 : p + 9], "little")
+        pieces.append(data[p : p + n])
+        p += n
+    first = 1 + max(i for i, piece in enumerate(pieces) if piece[0] != 0x05)
+    return [data[:8] + b"".join(pieces[:first]), *pieces[first:]]
+
+
+CASES = (
+    Case("mcap ROS 2 CDR", "mcap_ros2 decoder", 3, make_mcap, ours, peer_mcap),
+    Case("mcap, no chunks", "mcap_ros2 decoder", 3, make_plain, ours, peer_stream, mcap_records, False),
+)
