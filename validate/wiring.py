@@ -4,7 +4,9 @@ A wrong wiring makes every other fit meaningless, so it is looked at first: the 
 accelerations under each wiring, gains having the sign that geometry says. Every log may have coefficients and a lag of
 its inputs of its own, so that neither a clock nor anything else that the model lacks can pass for a wiring. Two wirings
 are compared block by block; the blocks are long against the memory of the errors, so that their differences are
-independent, whatever the noise.
+independent, whatever the noise. Coefficients that are free in every log can follow the noise, more of them under one
+wiring than under another (gains have a sign); the wiring must therefore also stand with the same coefficients in all
+logs.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ from identify.structure import Structure
 from validate.candidates import wirings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+#: Regressors (n, terms) and accelerations (n, 3).
+Rows = tuple[FloatArray, FloatArray]
 
 #: Length of a block, s.
 BLOCK = 10.0
@@ -32,6 +36,8 @@ SLOPE = 1.5
 LAG, LAG_STEP, THIN = 2.0, 0.25, 3
 #: A wiring that beats the declared one looks alike where the best one beats it by fewer standard errors than this.
 CLEARLY_BETTER = 3.0
+#: With shared coefficients it must beat the declared one by so many standard errors; lags are found in so many turns.
+STANDS, TURNS = 1.0, 3
 #: A wiring is believed wrong where chance would say so in fewer than this share of campaigns.
 FALSE_ALARM = 0.01
 
@@ -50,32 +56,64 @@ class Wiring:
     tried: tuple[tuple[Active, float], ...]
 
 
-def misfit_by_block(structure: Structure, stretches: Sequence[Stretch]) -> FloatArray:
-    """Squared error of the regression (blocks,), each acceleration in units of its standard deviation."""
+def misfit_by_block(structure: Structure, stretches: Sequence[Stretch], shared: bool = False) -> FloatArray:
+    """Squared error of the regression (blocks,), each acceleration in units of its standard deviation.
+
+    Coefficients are each stretch's own, or ``shared`` by all; the lag of the inputs is always each stretch's own.
+    """
     parts = [_averaged(structure, s) for s in stretches]
     scale = np.vstack([t for _, t in parts]).std(axis=0) + 1e-12
-    return np.concatenate(
-        [_of_stretch(structure, s.h, *part, scale) for s, part in zip(stretches, parts, strict=True)]
-    )
+    laid = [_at_lags(structure, s.h, *part) for s, part in zip(stretches, parts, strict=True)]
+    if shared:
+        errors = _shared(structure, laid, scale)
+    else:
+        errors = [_own(structure, lags, scale) for lags in laid]
+    return np.concatenate([_in_blocks(e, s.h) for e, s in zip(errors, stretches, strict=True)])
 
 
-def _of_stretch(
-    structure: Structure, h: float, design: FloatArray, target: FloatArray, scale: FloatArray
-) -> FloatArray:
-    """Errors of one stretch by block, at the lag of its inputs that leaves least."""
+def _at_lags(structure: Structure, h: float, design: FloatArray, target: FloatArray) -> list[Rows]:
+    """The rows of one stretch at every lag of its inputs."""
     moving = [k for k, t in enumerate(structure.table.terms) if t.role in ("thrust", "rudder")]
-    best: FloatArray | None = None
+    found = []
     for lag in np.arange(-LAG, LAG + LAG_STEP / 2, LAG_STEP):
         late = design.copy()
         late[:, moving] = _shifted(design[:, moving], round(lag / h))
-        thin = slice(None, None, THIN)
-        p = solve_regression(structure, null_parameters(structure), late[thin], target[thin])
-        left = np.sum(((target - predicted(structure, p, late)) / scale) ** 2, axis=1)
-        if best is None or left.sum() < best.sum():
-            best = left
+        found.append((late, target))
+    return found
+
+
+def _coefficients(structure: Structure, rows: Sequence[Rows]) -> FloatArray:
+    thin = slice(None, None, THIN)
+    design, target = (np.vstack([part[k][thin] for part in rows]) for k in (0, 1))
+    return solve_regression(structure, null_parameters(structure), design, target)
+
+
+def _errors(structure: Structure, p: FloatArray, rows: Rows, scale: FloatArray) -> FloatArray:
+    """Squared errors (n,) of some rows under given coefficients."""
+    return np.asarray(np.sum(((rows[1] - predicted(structure, p, rows[0])) / scale) ** 2, axis=1))
+
+
+def _own(structure: Structure, lags: Sequence[Rows], scale: FloatArray) -> FloatArray:
+    """Squared errors of one stretch under its own coefficients, at the lag that leaves least."""
+    return min((_errors(structure, _coefficients(structure, [x]), x, scale) for x in lags), key=np.sum)
+
+
+def _shared(structure: Structure, laid: Sequence[Sequence[Rows]], scale: FloatArray) -> list[FloatArray]:
+    """Squared errors per stretch under common coefficients: lags and coefficients in turn."""
+    chosen = [lags[len(lags) // 2] for lags in laid]
+    for _ in range(TURNS):
+        p = _coefficients(structure, chosen)
+        errors = [[_errors(structure, p, x, scale) for x in lags] for lags in laid]
+        best = [int(np.argmin([e.sum() for e in each])) for each in errors]
+        chosen = [lags[k] for lags, k in zip(laid, best, strict=True)]
+    p = _coefficients(structure, chosen)
+    return [_errors(structure, p, x, scale) for x in chosen]
+
+
+def _in_blocks(errors: FloatArray, h: float) -> FloatArray:
     size = max(1, round(BLOCK / h))
-    edges = np.arange(0, max(len(target) - size // 2, 1), size)
-    return np.add.reduceat(best if best is not None else np.zeros(len(target)), edges)
+    edges = np.arange(0, max(len(errors) - size // 2, 1), size)
+    return np.asarray(np.add.reduceat(errors, edges), dtype=float)
 
 
 def _shifted(columns: FloatArray, steps: int) -> FloatArray:
@@ -108,6 +146,9 @@ def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring 
     z = _z(declared, errors[best.label])
     p_value = min(1.0, len(actives) * float(stats.norm.sf(z)))
     if p_value > FALSE_ALARM:
+        return None
+    with_best = structure.with_effect(best)
+    if _z(*(misfit_by_block(x, stretches, shared=True) for x in (structure, with_best))) < STANDS:
         return None
     rivals = [
         a
