@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.stretch import STREAMS, Stretch, step_for, stretches_of
+from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
+from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -98,7 +99,7 @@ def _declare(
     speeds = np.concatenate([s.states[:, 3] for s in stretches])
     return structure_for(
         model,
-        first.vessel,
+        first.vessel if model != "mmg" else _with_rudder_sign(first.vessel, first.inputs_declared, stretches),
         first.inputs_declared,
         logs=tuple(dict.fromkeys(t.name for t in trials)),
         streams=tuple(s for s in STREAMS if s in first.measurements),
@@ -109,6 +110,25 @@ def _declare(
         amplitudes=_amplitudes(used),
         input_lead=_input_lead(used),
     )
+
+
+def _with_rudder_sign(vessel: Vessel, inputs: Sequence[Input], stretches: Sequence[Stretch]) -> Vessel:
+    """The vessel with the sense of its rudder: 1 where positive angles turn it to starboard, as the motion says.
+
+    A log's rudder may have either sign, and the flow at the rudder depends on it; what is declared stands.
+    """
+    rudders = [i.name for i in inputs if i.kind == "rudder"]
+    if "sign" in vessel.rudder or not rudders:
+        return vessel
+    square, right = np.zeros((3, 3)), np.zeros(3)
+    for s in stretches:
+        angle = np.mean([sampled(s.inputs[n], s.grid) for n in rudders], axis=0)
+        r = s.states[:, 5]
+        columns = np.column_stack([angle, 0.5 * (r[1:] + r[:-1]), np.ones(s.steps)])
+        square += columns.T @ columns
+        right += columns.T @ (np.diff(r) / s.h)
+    turn = np.linalg.lstsq(square, right, rcond=None)[0][0]
+    return replace(vessel, rudder={**vessel.rudder, "sign": -1.0 if turn < 0 else 1.0})
 
 
 def _amplitudes(trials: Sequence[Trial]) -> dict[str, float]:
