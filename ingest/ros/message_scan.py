@@ -83,14 +83,15 @@ def _scan_records(data: Bytes, messages: Integers, others: Integers) -> tuple[in
 
 @compiled
 def next_message(data: Bytes, p: int, last: int) -> int:
-    """Find the next message whose time is within an hour of ``last``, followed by a record or the end."""
+    """Find the next message: a length that there is room for (its upper bytes are zero) and a time near ``last``.
+
+    What comes after it is not looked at: it may be damaged, too.
+    """
     while p + PREFIX + MESSAGE_HEAD <= len(data):
         if data[p] == MESSAGE:
             length = length_at(data, p + 1)
-            if MESSAGE_HEAD <= length <= len(data) - p - PREFIX:
-                after = p + PREFIX + length
-                followed = after == len(data) or data[after] <= LAST_OPCODE
-                if followed and abs(length_at(data, p + PREFIX + 6) - last) < HOUR_NS:
-                    return p
+            whole = MESSAGE_HEAD <= length <= len(data) - p - PREFIX
+            if whole and abs(length_at(data, p + PREFIX + 6) - last) < HOUR_NS:
+                return p
         p += 1
     return len(data)

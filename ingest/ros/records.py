@@ -84,7 +84,9 @@ class Contents:
     last_time: int = 0
 
     def damage(self, kind: str, message: str, offset: int, length: int) -> None:
-        """Note a damaged stretch."""
+        """Note a damaged stretch, unless it is empty."""
+        if length <= 0:
+            return
         self.findings.append(Finding(kind, message, offset=offset, length=length))
         self.damaged += length
 
