@@ -1,8 +1,8 @@
 """Two model ships steered by turning their thrust, Delfia-like and Tito-Neri-like.
 
 Their sizes are those of Xie et al. 2020, table 1; the paper gives no forces, so that added masses, resistance and
-thrust are plausible numbers of ours, in the form of Fossen 2011, sec. 7.3: the equations of neither are the polynomial that is
-identified. The angle of the thrust is δ, positive turns to starboard.
+thrust are plausible numbers of ours, in the form of Fossen 2011, sec. 7.3: the equations of neither are the polynomial
+that is identified. The angle of the thrust is δ, positive turns to starboard.
 """
 
 from __future__ import annotations

@@ -31,13 +31,8 @@ def main() -> None:
     chosen = command_line(__doc__)
     duration = 60.0 if chosen.quick else 200.0
     for angle, printed in PRINTED.items():
-        show(
-            f"zigzag {angle:.0f}/{angle:.0f}",
-            lambda _, a=angle: clean(a, duration),
-            printed,
-            chosen.seeds,
-            methods=ALL_METHODS,
-        )
+        title = f"zigzag {angle:.0f}/{angle:.0f}"
+        show(title, lambda _, a=angle: clean(a, duration), printed, chosen.seeds, methods=ALL_METHODS)
 
 
 if __name__ == "__main__":

@@ -31,13 +31,8 @@ def main() -> None:
     chosen = command_line(__doc__)
     truth = clean(30.0, 60.0 if chosen.quick else 200.0)
     for share, printed in PRINTED.items():
-        show(
-            f"{share:.0%} of the samples lost",
-            lambda s, p=share: thinned(truth, p, s),
-            printed,
-            chosen.seeds,
-            methods=ALL_METHODS,
-        )
+        title = f"{share:.0%} of the samples lost"
+        show(title, lambda s, p=share: thinned(truth, p, s), printed, chosen.seeds, methods=ALL_METHODS)
 
 
 if __name__ == "__main__":

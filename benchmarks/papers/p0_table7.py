@@ -3,7 +3,7 @@
     python -m benchmarks.papers.p0_table7 [--seeds 5] [--quick]
 
 The ship's forces are not published: a Delfia-like one stands for it, so that the numbers cannot agree, only the order
-of the methods. Assumed: 0.3 m/s, 60 s at 0.1 s. The fitness of BEL at f = 0.04 is 1.45e-2 where the paper prints 1.25e-2.
+of the methods. Assumed: 0.3 m/s, 60 s at 0.1 s. The fitness of BEL at f = 0.04 is 1.45e-2; the paper prints 1.25e-2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Zhu et al. 2019, table 4: steering model of a 4.15 m USV, identified on 10/10 and predicted on 25/25.
 
-    python -m benchmarks.papers.p1_table4 [--seeds 20]
+    python -m benchmarks.papers.p1_table4 [--seeds 20] [--quick]
 
 The paper's data are not published. Assumed: a steering model of eq. 2 with plausible, course-stable
 coefficients at 3 m/s; 300 s, sampled at 1 s; noise of 0.05 m/s and 0.5 deg/s; 3 % of the samples hit by
@@ -13,11 +13,11 @@ The paper's "D" cuts each raw variable at 3 S_MAD from its median. |e| stands wh
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks.papers.report import command_line
 from identify.estimators import ESTIMATORS, predict
 from identify.estimators.estimate import Estimate, FloatArray
 from identify.optimisers import OPTIMISERS, minimise
@@ -43,14 +43,14 @@ def terms(v: FloatArray, r: FloatArray, delta: FloatArray) -> FloatArray:
     return np.column_stack([v, r, np.abs(v) * r, delta])
 
 
-def zigzag(angle_deg: float, seconds: int = 300, within: int = 50) -> FloatArray:
-    """Truth sampled at 1 s: columns v, r, δ; rudder at 25 deg/s."""
+def zigzag(angle_deg: float, seconds: int = 300, within: int = 50, hertz: int = 1) -> FloatArray:
+    """Truth sampled at ``hertz``: columns v, r, δ, ψ; rudder at 25 deg/s."""
     angle, h, rate = np.radians(angle_deg), 1 / within, np.radians(25.0)
     v = r = psi = delta = 0.0
-    order, rows = angle, np.zeros((seconds, 3))
+    order, rows = angle, np.zeros((seconds * hertz, 4))
     for k in range(seconds * within):
-        if k % within == 0:
-            rows[k // within] = v, r, delta
+        if k * hertz % within == 0:
+            rows[k * hertz // within] = v, r, delta, psi
         if abs(psi) > angle and np.sign(psi) == -np.sign(order):
             order = -order
         delta += float(np.clip(order - delta, -rate * h, rate * h))
@@ -59,12 +59,12 @@ def zigzag(angle_deg: float, seconds: int = 300, within: int = 50) -> FloatArray
     return rows
 
 
-def measured(truth: FloatArray, seed: int) -> FloatArray:
-    """Noise on v and r, and outliers."""
+def measured(truth: FloatArray, seed: int, share: float = OUTLIERS) -> FloatArray:
+    """Noise on v and r, and outliers in a share of the samples."""
     random = np.random.default_rng(seed)
     table = truth.copy()
     table[:, :2] += NOISE * random.standard_normal((len(truth), 2))
-    hit = random.random((len(truth), 2)) < OUTLIERS
+    hit = random.random((len(truth), 2)) < share
     size = random.uniform(10, 20, hit.shape) * random.choice([-1, 1], hit.shape)
     table[:, :2] += np.where(hit, size * NOISE, 0.0)
     return table
@@ -78,9 +78,9 @@ def kept(table: FloatArray) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
 
 def samples(table: FloatArray, detect: bool) -> tuple[FloatArray, FloatArray]:
     """Design, and targets of sway and yaw by forward differences over 1 s."""
-    good = kept(table) if detect else np.ones(len(table), dtype=bool)
+    good = kept(table[:, :3]) if detect else np.ones(len(table), dtype=bool)
     both = good[1:] & good[:-1]
-    return terms(*table[:-1].T)[both], np.diff(table[:, :2], axis=0)[both]
+    return terms(*table[:-1, :3].T)[both], np.diff(table[:, :2], axis=0)[both]
 
 
 def best_c(design: FloatArray, target: FloatArray, seed: int) -> float:
@@ -111,7 +111,7 @@ def paper(name: str, *, detect: bool) -> Callable[[FloatArray, int], Pair]:
 def same_filter(table: FloatArray, seed: int) -> Pair:
     """Weigh adaptively, both sides seen through one observer; no C searched, no lag of 1 s steps."""
     t, observer = np.arange(float(len(table))), Observer(1.5)
-    design = filter_like(observer, t, terms(*table.T))
+    design = filter_like(observer, t, terms(*table[:, :3].T))
     targets = observe(observer, t, table[:, :2])[:, 1, :]
     first, second = (ESTIMATORS["rw_lssvr"].fit(design, y, covariance="none") for y in targets.T)
     return first, second
@@ -142,10 +142,9 @@ METHODS: dict[str, tuple[Callable[[FloatArray, int], Pair], int]] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=20)
-    seeds = parser.parse_args().seeds
-    training, test = zigzag(10.0), zigzag(25.0)
+    chosen = command_line(__doc__, seeds=20)
+    seeds, length = chosen.seeds, 60 if chosen.quick else 300
+    training, test = zigzag(10.0, length), zigzag(25.0, length)
     print(f"MSE of the free run on 25/25, median of {seeds} seeds; in brackets relative to the first method")
     print(f"{'':18}{'sway m²/s²':>20}{'yaw deg²/s²':>20}{'paper sway':>18}{'paper yaw':>18}")
     first: FloatArray | None = None
