@@ -338,6 +338,21 @@ def test_time_of_ubx():
     np.testing.assert_allclose(stream.tables["NAV-VELNED"].index, exact + 50_000_000, atol=1_000_000, rtol=0)
 
 
+def test_a_time_of_week_that_begins_anew():
+    times = 86400 - 18 - 1 + np.arange(30) / 10  # the GPS week ends 18 s before the day
+    raw = b"".join(
+        pvt(t)
+        + UBXMessage(
+            "NAV", "NAV-VELNED", GET, iTOW=round((6 * 86400 + t + 18.05) * 1000) % 604_800_000
+        ).serialize()
+        for t in times
+    )
+    stream = decode_stream(raw)
+    assert stream.tables["NAV-VELNED"]["iTOW"].min() < 10_000
+    exact = UTC_0 + np.rint((times + 0.05) * SECOND).astype(np.int64)
+    np.testing.assert_allclose(stream.tables["NAV-VELNED"].index, exact, atol=1_000_000, rtol=0)
+
+
 def test_gyroscope_in_esf_meas():
     raw = bytes.fromhex("e803000000080000") + (5 << 24 | (1 << 24) - 4096).to_bytes(4, "little")
     body = bytes((0x10, 0x02)) + len(raw).to_bytes(2, "little") + raw

@@ -397,6 +397,32 @@ def test_dataflash_leap_seconds_of_the_date(week, leap):
     assert log.utc_ns * 1e-9 == pytest.approx(first, abs=0.05)
 
 
+def test_dataflash_over_the_end_of_a_week():
+    body = b"".join(
+        record(
+            "GPS",
+            60_000_000 + i * 200_000,
+            0,
+            3,
+            ms % 604_800_000,
+            2290 + ms // 604_800_000,
+            14,
+            80,
+            i,
+            i,
+            1.0,
+            2.0,
+        )
+        for i in range(40)
+        for ms in (604_796_000 + i * 200,)
+    )
+    log = log_of(DATAFLASH, b"".join(dataflash_head()) + body)
+    table = log.tables["GPS"]
+    first = (315_964_800 + 2291 * 604_800 - 4 - 18) * 1_000_000_000
+    assert log.utc_ns + table.index[0] == first
+    assert not [f for f in log.findings if f.kind == "clock"]
+
+
 @pytest.mark.parametrize(("week", "first_ms"), [(0, 345_600_120), (2300, 0)])
 def test_dataflash_placeholder_time(week, first_ms):
     log = log_of(DATAFLASH, dataflash_bytes(week=week, first_ms=first_ms))
