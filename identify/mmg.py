@@ -7,17 +7,13 @@ the hull.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from identify.flow import WATER, constants_of
 from preprocess.vessel import Input, Vessel
-
-if TYPE_CHECKING:
-    from identify.fit import Fit
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -46,15 +42,6 @@ class Inertia:
         return np.array([[self.m + self.m_y, self.x_g * self.m], [self.x_g * self.m, self.i_z]])
 
 
-@dataclass(frozen=True)
-class Derivative:
-    """A parameter of the model as the literature writes it, without dimension, with its standard error."""
-
-    name: str
-    value: float
-    stderr: float
-
-
 def inertia_of(vessel: Vessel) -> Inertia:
     """Masses as declared; added masses by Clarke, Gedling and Hine 1983 where they are not (surge: 5 % of the mass)."""
     m, draught = vessel.mass or 0.0, vessel.draught or 1.0
@@ -81,30 +68,8 @@ def inertial_terms(vessel: Vessel, inputs: tuple[Input, ...]) -> tuple[tuple[str
     return (("v", "ur", float(sway)), ("r", "ur", float(yaw)))
 
 
-def derivatives(fit: Fit) -> tuple[Derivative, ...]:
-    """Hull derivatives, thrust deduction and rudder interaction of a fit, in the order of the paper's table 3."""
-    own = {(c.dof, c.term): c.value for c in fit.coefficients if c.dof}
-    keys = list(own)
-    values = np.array([own[k] for k in keys])
-    covariance = fit.covariance[: len(keys), : len(keys)]
-
-    def at(x: FloatArray) -> dict[str, float]:
-        return _physical(dict(zip(keys, map(float, x), strict=True)), fit.vessel)
-
-    here = at(values)
-    slopes = np.column_stack([_slope(at, values, j) for j in range(len(values))])
-    errors = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, covariance, slopes), 0.0))
-    return tuple(Derivative(n, v, float(e)) for (n, v), e in zip(here.items(), errors, strict=True))
-
-
-def _slope(function: Callable[[FloatArray], Mapping[str, float]], x: FloatArray, j: int) -> FloatArray:
-    step = np.zeros(len(x))
-    step[j] = 1e-6 * max(abs(float(x[j])), 1e-6)
-    up, down = function(x + step), function(x - step)
-    return np.array([(up[n] - down[n]) / (2.0 * step[j]) for n in up])
-
-
-def _physical(c: Mapping[tuple[str, str], float], vessel: Vessel) -> dict[str, float]:
+def paper_values(c: Mapping[tuple[str, str], float], vessel: Vessel) -> dict[str, float]:
+    """Hull derivatives, thrust deduction and rudder interaction of coefficients by (dof, term)."""
     own, length = inertia_of(vessel), vessel.length
     ahead, unit = own.m + own.m_x, 0.5 * WATER * length * (vessel.draught or 1.0)
     out = {

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.models import MODEL_BY_NAME
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
@@ -38,7 +39,7 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     NotIdentifiable
         Where no trial has the role identify or none is long enough.
     """
-    trials = with_common_inputs(with_pooled_noise(trials), held)
+    trials = with_common_inputs(with_pooled_noise(_as_predicted(trials, model)), held)
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length) if trials else 0.1
     identify = tuple(s for t in used for s in stretches_of(t, h))
@@ -49,6 +50,16 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     structure, notes = _declare(model, trials, used, identify)
     validate = tuple(s for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, notes, _digest(used))
+
+
+def _as_predicted(trials: Sequence[Trial], model: str) -> list[Trial]:
+    """The trials without the streams that the model does not predict: one of yaw alone says nothing of positions."""
+    if model not in MODEL_BY_NAME or "x" in MODEL_BY_NAME[model].predicts:
+        return list(trials)
+    aside = ("position", "velocity")
+    return [
+        replace(t, measurements={k: m for k, m in t.measurements.items() if k not in aside}) for t in trials
+    ]
 
 
 def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:

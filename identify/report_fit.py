@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.output_error import reduce
+from identify.physical import physical_notes
 from identify.prepare import Prepared
 from identify.structure import Slot, Structure
 from identify.term import unit_of
@@ -48,11 +51,12 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
         jacobians.append(jacobian)
     rows = np.vstack([np.eye(len(p))[own], *jacobians])
     notes = [*prepared.notes, *_lead_note(structure, p, covariance)]
-    return Fit(
+    fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(coefficients),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
         prepared.digest, tuple(notes), structure.u0, _typical(prepared),
     )  # fmt: skip
+    return replace(fit, notes=(*fit.notes, *physical_notes(fit)))
 
 
 def _typical(prepared: Prepared) -> dict[str, float]:

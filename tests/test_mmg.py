@@ -12,7 +12,8 @@ import pytest
 from benchmarks.papers.kvlcc2 import REVOLUTIONS, RUDDER_RATE, SPEED, accelerations
 from identify import flow
 from identify.base_fit import fit_declared, free_running_misfit
-from identify.mmg import derivatives, inertia_of
+from identify.mmg import inertia_of
+from identify.physical import physical
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.simulate.rebuild import rebuild
@@ -130,7 +131,7 @@ def fitted():
 
 def test_the_published_derivatives_come_back_within_their_errors():
     _, found, fit = fitted()
-    own = {d.name: d for d in derivatives(fit)}
+    own = {d.name: d for d in physical(fit)}
     assert found.chi2_per_dof == pytest.approx(1.0, abs=0.03)
     assert own.keys() == PUBLISHED.keys()
     z = np.array([(own[n].value - v) / own[n].stderr for n, v in PUBLISHED.items()])
@@ -158,6 +159,14 @@ def test_the_flow_behind_the_hull_comes_back_where_the_data_can_give_it():
     }  # shared with the rudder's own gains
     assert "beforehand" in own["epsilon"].reason
     assert own["kappa"].stderr < 0.01
+
+
+def test_the_report_says_what_the_data_cannot_give():
+    _, _, fit = fitted()
+    said = " ".join(fit.notes)
+    assert "R_0' = 0.02" in said
+    assert "not from these data: epsilon." in said
+    assert "Standard errors above half of the value" in said
 
 
 def test_an_unseen_zigzag_is_predicted():
