@@ -202,7 +202,7 @@ def headline(results: Results) -> str:
 def equations(fit: Fit) -> list[str]:
     """Linear equations as they were fitted, from the coefficients and their terms."""
     out = []
-    for dof in dict.fromkeys(p.dof for p in fit.coefficients):
+    for dof in dict.fromkeys(p.dof for p in fit.coefficients if p.dof):
         terms = [(p.value, p.term or p.name) for p in fit.coefficients if p.dof == dof]
         signed = [
             f"{'−' if v < 0 else '+'} {number(abs(v), 4)} {'' if t == '1' else t}".strip() for v, t in terms
