@@ -6,7 +6,7 @@ BIN := .venv/bin
 INSTALLED := .venv/.installed
 WORKERS ?= 2
 
-.PHONY: install demo test check format bench bench-blind soak docs wheel clean
+.PHONY: install demo test check format bench bench-blind papers soak docs wheel clean
 
 install: $(INSTALLED)
 
@@ -39,6 +39,9 @@ CASES ?= 640
 
 bench-blind: $(INSTALLED)  ## diagnoses of campaigns drawn at random against the truth (CASES=640)
 	$(BIN)/python -m benchmarks.blind --cases $(CASES) --workers $(WORKERS)
+
+papers: $(INSTALLED)  ## the tables of the source papers, theirs beside ours
+	$(BIN)/python -m benchmarks.papers
 
 SOAK_SECONDS ?= 600
 
