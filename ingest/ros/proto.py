@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from itertools import chain
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,8 @@ from numpy.typing import NDArray
 from ingest.ros.cdr import with_stamps
 from ingest.ros.program import MOST_ELEMENTS, UnknownType
 
-Getter = Callable[[Any], object]
+#: Types of fields that hold floating-point numbers.
+REALS = (1, 2)
 
 
 @functools.lru_cache(maxsize=32)
@@ -53,12 +56,24 @@ def columns_of(
         Messages that could be parsed.
     """
     kind = message_class(name, descriptors)
-    parsed = [_parse(kind, data[a:b].tobytes()) for a, b in zip(start, end, strict=True)]
+    blob = data.tobytes()
+    raw = [blob[a:b] for a, b in zip(start.tolist(), end.tolist(), strict=True)]
+    parsed = _parsed(kind, raw)
     good = np.array([m is not None for m in parsed], bool)
     messages = [m for m in parsed if m is not None]
     columns: dict[str, object] = {}
     _collect(kind.DESCRIPTOR, messages, "", columns, 0)
     return pd.DataFrame(with_stamps(columns)), good
+
+
+def _parsed(kind: Any, raw: list[bytes]) -> list[Any]:
+    """All messages in one go; one by one, with None for what is none, where one of them is broken."""
+    from google.protobuf.message import DecodeError
+
+    try:
+        return list(map(kind.FromString, raw))
+    except DecodeError:
+        return [_parse(kind, r) for r in raw]
 
 
 def _parse(kind: Any, raw: bytes) -> Any:
@@ -72,12 +87,20 @@ def _parse(kind: Any, raw: bytes) -> Any:
 
 def _collect(descriptor: Any, messages: list[Any], path: str, columns: dict[str, object], depth: int) -> None:
     """Columns of all fields of a list of messages (None: absent)."""
+    whole = None not in messages
     for field in descriptor.fields:
-        name, nested = f"{path}{field.name}", field.message_type
-        values = [None if m is None else getattr(m, field.name) for m in messages]
+        name, nested, take = f"{path}{field.name}", field.message_type, attrgetter(field.name)
+        values: list[Any] = (
+            list(map(take, messages)) if whole else [None if m is None else take(m) for m in messages]
+        )
         if field.is_repeated:
             longest = max((len(v) for v in values if v is not None), default=0)
             if longest > MOST_ELEMENTS or (nested is not None and nested.GetOptions().map_entry):
+                continue
+            flat = whole and nested is None and field.type in REALS
+            if flat and longest == min(map(len, values)) > 0:
+                numbers = np.fromiter(chain.from_iterable(values), np.float64, len(values) * longest)
+                columns.update({f"{name}[{i}]": numbers[i::longest] for i in range(longest)})
                 continue
             for i in range(longest):
                 _put(f"{name}[{i}]", nested, [v[i] if v is not None and len(v) > i else None for v in values],
