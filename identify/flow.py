@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ingest.errors import UsageError
+from ingest.errors import UsageError, nearest
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -65,6 +65,13 @@ _REQUIRED = {
 }
 
 
+#: Keys that may be given beside those.
+_OPTIONAL = {
+    "propeller": ("x_P", "C1", *(p.key[1] for p in PARAMETERS if p.key[0] == "propeller")),
+    "rudder": ("lift_slope", "eta", "sign", *(p.key[1] for p in PARAMETERS if p.key[0] == "rudder")),
+}
+
+
 def channel_of(name: str) -> str:
     """Name of the channel that carries one of the parameters."""
     return "=" + name
@@ -102,6 +109,12 @@ def constants_of(vessel: Vessel, inputs: tuple[Input, ...]) -> FloatArray:
             f"the model 'mmg' needs particulars that the campaign does not give: {', '.join(missing)}. "
             "K_T = k0 + k1 J + k2 J²; diameter and height in m, area of the rudder in m²."
         )
+    for table, given in (("propeller", vessel.propeller), ("rudder", vessel.rudder)):
+        known = (*_REQUIRED[table], *_OPTIONAL[table])
+        for key in given:
+            if key not in known:
+                near = nearest(key, known) or known
+                raise UsageError(f"[vessel.{table}] {key} is not known; there are {', '.join(near)}.")
     screw, rudder = vessel.propeller, vessel.rudder
     diameter, area, height = screw["diameter"], rudder["area"], rudder["height"]
     count = {k: sum(i.kind == k for i in inputs) for k in ("propeller", "rudder")}

@@ -23,7 +23,7 @@ from preprocess.vessel import Input, Vessel
 
 SCHEMA = "seatrial.trial/1"
 KEY = b"seatrial.trial"
-_TUPLES = ("antenna", "imu", "position", "centre_of_gravity", "pwm", "value")
+_TUPLES = ("antenna", "imu", "position", "centre_of_gravity", "added_mass", "pwm", "value")
 
 
 def write_trial(trial: Trial, path: Path) -> None:

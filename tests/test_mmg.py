@@ -200,6 +200,11 @@ def test_missing_particulars_are_all_named():
     assert "diameter," not in str(caught.value).split(": ")[1]
 
 
+def test_a_particular_that_is_not_known_is_an_error():
+    with pytest.raises(UsageError, match=r"\[vessel.rudder\] hight is not known; there are height"):
+        flow.constants_of(replace(TANKER, rudder={**TANKER.rudder, "hight": 1.0}), INPUTS)
+
+
 def test_added_masses_by_regression_are_near_the_published_ones():
     usual = inertia_of(replace(TANKER, added_mass=None))
     own = inertia_of(TANKER)

@@ -34,14 +34,22 @@ def campaign_of(file: Path, table: CampaignTable) -> Campaign:
 
 def vessel_of(table: VesselTable) -> Vessel:
     """The vessel."""
-    given = table.model_dump(exclude={"magnetic_variation_deg", "centre_of_gravity", "antenna", "imu"})
+    given = table.model_dump(
+        exclude={"magnetic_variation_deg", "centre_of_gravity", "antenna", "imu", "added_mass"}
+    )
     return Vessel(
         **given,
         centre_of_gravity=None if table.centre_of_gravity is None else point(table.centre_of_gravity),
+        added_mass=None if table.added_mass is None else triple(table.added_mass),
         antenna=point(table.antenna),
         imu=point(table.imu),
         magnetic_variation=math.radians(table.magnetic_variation_deg),
     )
+
+
+def triple(values: Sequence[float]) -> tuple[float, float, float]:
+    """Three numbers."""
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 def point(values: Sequence[float]) -> tuple[float, float]:

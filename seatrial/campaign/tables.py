@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Point = Annotated[list[float], Field(min_length=2, max_length=2)]
+Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Curve = Annotated[list[float], Field(min_length=2)]
 Text = Annotated[str, Field(min_length=1)]
 Device = Annotated[int, Field(ge=0)]
@@ -41,9 +42,18 @@ class VesselTable(Table):
     depth: Positive | None = optional("depth of the water, m")
     magnetic_variation_deg: float = Field(default=0.0, description="of the compass, degrees, east positive")
     propeller: dict[str, float] = Field(
-        default={}, description="geometry of the propeller, for the model mmg"
+        default={},
+        description="for the model mmg: diameter (m), k0, k1, k2 of K_T = k0 + k1 J + k2 J²; optional wake, x_P, C1, "
+        "C2_plus, C2_minus",
     )
-    rudder: dict[str, float] = Field(default={}, description="geometry of the rudder, for the model mmg")
+    rudder: dict[str, float] = Field(
+        default={},
+        description="for the model mmg: area (m²), height (m); optional lift_slope, eta, epsilon, kappa, gamma_plus, "
+        "gamma_minus, l_R, sign",
+    )
+    added_mass: Triple | None = optional(
+        "added masses of surge and sway, kg, and of yaw, kg m², for the model mmg; estimated where not given"
+    )
 
 
 class InputTable(Table):
