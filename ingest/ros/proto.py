@@ -98,7 +98,7 @@ def _collect(descriptor: Any, messages: list[Any], path: str, columns: dict[str,
             if longest > MOST_ELEMENTS or (nested is not None and nested.GetOptions().map_entry):
                 continue
             flat = whole and nested is None and field.type in REALS
-            if flat and longest == min(map(len, values)) > 0:
+            if flat and 0 < longest == min(map(len, values)):
                 numbers = np.fromiter(chain.from_iterable(values), np.float64, len(values) * longest)
                 columns.update({f"{name}[{i}]": numbers[i::longest] for i in range(longest)})
                 continue
