@@ -61,18 +61,22 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)
     measurements = {k: measurement(j, sigma.get(k) or white_noise(j)) for k, j in judged.items()}
+    if track.wander is not None:
+        measurements["position"] = replace(
+            measurements["position"], wander=track.wander.sigma, correlation_time=track.wander.time
+        )
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
     offsets = clock_offsets(heading, table, segments, None if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
-    findings = tuple(said(judged, segments, offsets, found))
+    findings = tuple(said(judged, segments, offsets, found, track.wander))
     history = (
         *(Step("set_aside", {"quantity": k, **j.reasons}) for k, j in judged.items() if j.reasons),
         *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),
         Step("segments", {"segments": [list(s) for s in segments]}),
         Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
-        Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track)}),
+        Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track), **_wander(track)}),
         Step(
             "clock_offsets",
             {
@@ -86,6 +90,11 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
 
 def _named(chain: ChainResult) -> dict[str, float]:
     return {s.name: float(x) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)}
+
+
+def _wander(chain: ChainResult) -> dict[str, object]:
+    w = chain.wander
+    return {} if w is None else {"wander": w.sigma, "correlation_time": w.time}
 
 
 def with_outliers(j: Judged, chains: tuple[ChainResult, ...]) -> Judged:

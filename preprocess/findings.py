@@ -11,6 +11,7 @@ from preprocess.judge import Judged
 from preprocess.manoeuvres import Found, classify_stretch
 from preprocess.offsets import ClockOffset
 from preprocess.trial import Measurement
+from preprocess.wander_kalman import Wander
 
 
 def manoeuvres_of(
@@ -35,7 +36,11 @@ def longest_kind(found: Sequence[Found]) -> str | None:
 
 
 def said(
-    judged: Mapping[str, Judged], segments: Segments, offsets: Sequence[ClockOffset], found: Sequence[Found]
+    judged: Mapping[str, Judged],
+    segments: Segments,
+    offsets: Sequence[ClockOffset],
+    found: Sequence[Found],
+    wander: Wander | None = None,
 ) -> list[str]:
     """Sentences for the report."""
     out = []
@@ -50,6 +55,9 @@ def said(
             out.append(f"{share:.1%} of the samples of {name} were set aside ({why}).")
     if "yaw_rate" not in judged:
         out.append("No yaw rate was logged: it follows from the heading alone.")
+    if wander is not None:
+        size = f"{wander.sigma:.2g} m, over {wander.time:.0f} s"
+        out.append(f"The errors of the position wander ({size}): velocities are less sure for it.")
     out += [str(o) for o in offsets if o.seen]
     out += [f"{f.kind} {f.detail}, {f.start:.0f}-{f.end:.0f} s.".replace(" ,", ",") for f in found]
     return out

@@ -29,7 +29,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class _Stretch:
+class Motion:
     """Motion on an even grid with the input that steers: (n,) each; ``steer`` is None where nothing does."""
 
     t: FloatArray
@@ -61,10 +61,10 @@ def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
 
 def classify_stretch(states: pd.DataFrame, inputs: Mapping[str, Measurement], length: float) -> list[Found]:
     """Return the manoeuvres of one stretch: idle parts of 10 s or more, and what lies between."""
-    s = _gridded(states, inputs)
+    s = gridded(states, inputs)
     if s is None:
         return []
-    idle = s.speed < IDLE_FROUDE * np.sqrt(GRAVITY * length)
+    idle = s.speed + 0.5 * length * np.abs(s.r) < idle_speed(length)
     edges = np.flatnonzero(np.diff(idle.astype(int))) + 1
     bounds = np.concatenate([[0], edges, [len(s.t)]])
     pieces = [(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
@@ -83,17 +83,27 @@ def _merged(pieces: list[tuple[int, int]], idle: np.ndarray, least: float) -> li
     return out
 
 
-def _gridded(states: pd.DataFrame, inputs: Mapping[str, Measurement]) -> _Stretch | None:
+def idle_speed(length: float) -> float:
+    """Speed below which a vessel of this length is idle, m/s."""
+    return float(IDLE_FROUDE * np.sqrt(GRAVITY * length))
+
+
+def gridded(
+    states: pd.DataFrame, inputs: Mapping[str, Measurement], step: float | None = None
+) -> Motion | None:
+    """Motion on an even grid of ``step`` seconds (of 2000 points where not given); None where there is too little."""
     part = states.dropna(subset=["u", "r"])
     if len(part) < 10 or part["t"].iloc[-1] - part["t"].iloc[0] < 2.0:
         return None
-    t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], min(len(part), 2000))
+    span = float(part["t"].iloc[-1] - part["t"].iloc[0])
+    count = min(len(part), 2000) if step is None else max(int(span / step), 2) + 1
+    t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], count)
     u, v, psi, r = (np.interp(t, part["t"], part[k]) for k in ("u", "v", "psi", "r"))
     values = {k: np.interp(t, m.t, m.value) for k, m in inputs.items() if len(m.t) > 1}
     steer, angle = _steering(values, inputs, r)
     moving = [x for x in values.values() if np.ptp(x) > 0.0]
     throttle = np.mean(np.abs(moving), axis=0) if moving else None
-    return _Stretch(t, np.hypot(u, v), psi, r, steer, angle, throttle)
+    return Motion(t, np.hypot(u, v), psi, r, steer, angle, throttle)
 
 
 def _steering(
@@ -111,19 +121,19 @@ def _steering(
     return (list(moving.values())[best], True) if angle else (design @ weight, False)
 
 
-def _cut(s: _Stretch, a: int, b: int) -> _Stretch:
+def _cut(s: Motion, a: int, b: int) -> Motion:
     def part(x: FloatArray | None) -> FloatArray | None:
         return None if x is None else x[a:b]
 
-    return _Stretch(s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle))
+    return Motion(s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle))
 
 
-def _named(s: _Stretch, idle: bool) -> Found:
+def _named(s: Motion, idle: bool) -> Found:
     kind, detail = ("idle", "") if idle else classify(s)
     return Found(kind, float(s.t[0]), float(s.t[-1]), detail)
 
 
-def classify(s: _Stretch) -> tuple[str, str]:
+def classify(s: Motion) -> tuple[str, str]:
     """Kind and particulars of one piece."""
     turn = float(np.abs(np.diff(s.psi)).sum())
     net = float(s.psi[-1] - s.psi[0])
@@ -143,7 +153,7 @@ def classify(s: _Stretch) -> tuple[str, str]:
     return ("circle", "to both sides") if both else ("random", "")
 
 
-def _speed_left(s: _Stretch) -> float:
+def _speed_left(s: Motion) -> float:
     """Speed at the end as a share of that at the start; 1 where it did not begin near its full speed."""
     eighth = len(s.speed) // 8 + 1
     first = float(np.median(s.speed[:eighth]))
@@ -152,7 +162,7 @@ def _speed_left(s: _Stretch) -> float:
     return float(np.median(s.speed[-eighth:]) / max(first, 1e-6))
 
 
-def _straight(s: _Stretch) -> tuple[str, str]:
+def _straight(s: Motion) -> tuple[str, str]:
     if _speed_left(s) < STOPPED:
         return "stopping", f"from {s.speed[0]:.2f} to {s.speed[-1]:.2f} m/s"
     varied = s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6)
@@ -207,7 +217,7 @@ def _large_turns(psi: FloatArray, swings: FloatArray) -> bool:
     return bool(np.abs(np.diff(ends)).max() > 1.5 * np.pi)
 
 
-def _zigzag_angles(s: _Stretch) -> str:
+def _zigzag_angles(s: Motion) -> str:
     """Rudder angle and heading at which it was put over, as in "20/10", degrees."""
     if s.steer is None or not s.angle:
         return ""

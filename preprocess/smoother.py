@@ -18,10 +18,11 @@ from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, vari
 from preprocess.commanded import commanded_drive
 from preprocess.drive import find_drive
 from preprocess.gate import gate, truncation
-from preprocess.kalman import Smoothed, smooth
+from preprocess.kalman import smooth
 from preprocess.levels import Levels, estimate_levels
 from preprocess.outliers import sliding_three_sigma
 from preprocess.trial import FloatArray, Measurement
+from preprocess.wander_kalman import Wander
 
 #: No sensor is better than this, in SI units: a micrometre, a microradian.
 LEAST_NOISE = 1e-6
@@ -40,7 +41,8 @@ COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
 class ChainResult:
     """A smoothed chain at the wanted times: mean (n, 3, m), covariance (n, 3, 3), NaN outside the segments.
 
-    ``drive`` is what ``levels.q`` is scaled by over time, ``streams`` what it was smoothed from.
+    ``drive`` is what ``levels.q`` is scaled by over time, ``streams`` what it was smoothed from, ``wander`` the
+    correlated noise that its positions show.
     """
 
     t: FloatArray
@@ -49,6 +51,7 @@ class ChainResult:
     levels: Levels
     streams: tuple[Stream, ...]
     drive: Drive | None = None
+    wander: Wander | None = None
 
 
 def rough_scale(stream: Stream) -> tuple[float, float]:
@@ -202,18 +205,20 @@ def smooth_chain(
     assembled = assemble(streams, segments, wanted, drive)
     rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
     smoothed = smooth(rows, levels.q, prior)
-    mean, covariance = at_times(assembled, smoothed, wanted)
+    mean, covariance = at_times(assembled, smoothed.mean, smoothed.covariance, wanted)
     return ChainResult(wanted, mean, covariance, levels, streams, drive)
 
 
-def at_times(assembled: Assembled, smoothed: Smoothed, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance at the wanted times, NaN where no row is."""
+def at_times(
+    assembled: Assembled, smoothed: FloatArray, spread: FloatArray, wanted: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of the rows at the wanted times, NaN where no row is."""
     t = assembled.rows.t
     at = np.searchsorted(t, wanted, side="right") - 1
     hit = (at >= 0) & (t[np.maximum(at, 0)] == wanted) if len(t) else np.zeros(len(wanted), bool)
-    mean = np.full((len(wanted), *smoothed.mean.shape[1:]), np.nan)
+    mean = np.full((len(wanted), *smoothed.shape[1:]), np.nan)
     covariance = np.full((len(wanted), 3, 3), np.nan)
-    mean[hit], covariance[hit] = smoothed.mean[at[hit]], smoothed.covariance[at[hit]]
+    mean[hit], covariance[hit] = smoothed[at[hit]], spread[at[hit]]
     return mean, covariance
 
 

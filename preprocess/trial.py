@@ -42,6 +42,8 @@ class Measurement:
     correlation_time : float
         Time constant of correlated (first-order Gauss-Markov) noise that the data show beside the white part, s;
         0 where there is none.
+    wander : float
+        Standard deviation of that correlated noise, per component, in the value's unit.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Measurement:
     sample_time: float = 0.0
     held: bool = False
     correlation_time: float = 0.0
+    wander: float = 0.0
 
 
 @dataclass(frozen=True)

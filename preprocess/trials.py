@@ -9,6 +9,7 @@ import numpy as np
 
 from preprocess import frames
 from preprocess.actuators import read_input
+from preprocess.cutting import cut_at_manoeuvres
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import require, source_of
 from preprocess.rounding import resolution
@@ -52,7 +53,8 @@ def make_trials(
     Returns
     -------
     tuple of Trial
-        One per log; two (identify, then validate, of the same name) where a log's role is None.
+        One per log; two (identify, then validate, of the same name) where a log's role is None; of a long log one
+        per manoeuvre, all of the same name, in order.
 
     Raises
     ------
@@ -66,11 +68,13 @@ def make_trials(
     gathered = [gather(run, vessel, inputs, sensors) for run in runs]
     origin = origin_of(gathered)
     first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
-    trials = []
+    trials: list[Trial] = []
     for g in gathered:
         local = in_metres(g, origin)
         for role, low, high in parts(local):
-            trials.append(make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc))
+            whole = make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc)
+            named = g.run.manoeuvre is not None or g.run.slice is not None
+            trials += [whole] if named else cut_at_manoeuvres(whole)
     return tuple(trials)
 
 

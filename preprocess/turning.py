@@ -17,6 +17,7 @@ from preprocess.driven import with_verdicts
 from preprocess.known_motion import KnownMotion, explains, less, plus
 from preprocess.smoother import ChainResult, smooth_chain
 from preprocess.trial import FloatArray, Measurement
+from preprocess.wander import allow_for_wander
 
 
 def smooth_track(
@@ -31,9 +32,9 @@ def smooth_track(
     first = smooth_chain(streams, segments, wanted, inputs, beside=beside, rounds=1)
     turned, cleaned = turned_track(first, heading), with_verdicts(streams, first)
     if turned is None or not explains(cleaned, turned, first.levels, segments):
-        return smooth_chain(cleaned, segments, wanted, inputs, beside=beside)
+        return allow_for_wander(smooth_chain(cleaned, segments, wanted, inputs, beside=beside), segments)
     rest = smooth_chain(less(cleaned, turned), segments, wanted, inputs, beside=beside)
-    return plus(rest, turned, streams)
+    return plus(allow_for_wander(rest, segments), turned, streams)
 
 
 def turned_track(track: ChainResult, heading: ChainResult) -> KnownMotion | None:
