@@ -242,8 +242,27 @@ def models() -> list[str]:
             "",
         ]
         lines += ["```text", *equations(model), "```", ""]
+        lines += flow_parameters() if model.flow else []
         lines += [f"Predicts {', '.join(model.predicts)}.", ""]
     return lines
+
+
+def flow_parameters() -> list[str]:
+    """What the model ``mmg`` has beside its terms."""
+    from identify.flow import PARAMETERS
+
+    rows = (
+        (code(p.name), p.meaning, p.usual, p.sd, code(f"[vessel.{p.key[0]}] {p.key[1]}")) for p in PARAMETERS
+    )
+    return [
+        "T_P is the propeller's thrust and F_N the rudder's normal force by the flow behind the hull, each per mass;",
+        "the turning of the axes (ur) follows from mass and added mass. The flow's parameters are fitted with what is",
+        "known of them beforehand (1σ); those that the data do not narrow down are reported so. The report gives the",
+        "coefficients as hull derivatives without dimension, t_P, t_R, a_H and x_H′ too. The scale of F_N is shared by",
+        "ε, γ_R and the rudder's gains: without a measured rudder force only their products show.",
+        "",
+        *table(("parameter", "meaning", "usual", "known to", "campaign"), rows),
+    ]
 
 
 def equations(model: Any) -> list[str]:
