@@ -40,17 +40,15 @@ def sailed(
     rows = program(plan, vessel)
     table, azimuth_of = actuator_table(vessel)
     times = np.arange(round(duration / STEP) + 1) * STEP
-    edges = [round(t / STEP) for t, _ in changes] + [len(times)]
+    edges = [HELM_STEPS * round(t / STEP / HELM_STEPS) for t, _ in changes] + [len(times) - 1]
     state = np.zeros(11)
     state[3] = vessel.speed
     parts = []
     for (_, world), a, b in zip(changes, edges[:-1], edges[1:], strict=True):
-        if parts:
-            state = parts[-1][0][-1].copy()
-            a -= 1
-        span = times[a:b]
-        parts.append(_part(vessel, world, state, span, rows, table, azimuth_of, seed))
-    joined = [np.concatenate([p[k][min(i, 1) :] for i, p in enumerate(parts)]) for k in range(4)]
+        parts.append(_part(vessel, world, state, times[a : b + 1], rows, table, azimuth_of, seed))
+        state = parts[-1][0][-1].copy()
+    ends = [-1] * (len(parts) - 1) + [None]
+    joined = [np.concatenate([p[k][:e] for p, e in zip(parts, ends, strict=True)]) for k in range(4)]
     states, logged, actual, ground = joined
     x, y, psi, u_w, v_w, r = states[:, :6].T
     u = ground[:, 0] * np.cos(psi) + ground[:, 1] * np.sin(psi)

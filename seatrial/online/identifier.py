@@ -161,17 +161,22 @@ class Identifier:
             self.buffer.forget(min(self._pace.begin + self._pace.window, self.buffer.now - self.block) - 1.0)
 
     def _steps(self, now: float) -> Iterator[Update]:
-        """Do everything that is due, in the order of time."""
+        """Do everything that is due, in the order of time, from gap to gap."""
         assert self.buffer is not None
-        if self._pace is None:
-            began = self.buffer.began(self._ended_at)
-            if began is None:
-                return
-            self._pace = Pace(self.buffer.aligned(began + SETTLE_S))
-        yield from self._due(now)
         limit = ALWAYS * max(1.0, self.block / HORIZON_S)
-        if self.buffer.gap(causal.POSITION) > limit or self.buffer.gap(causal.HEADING) > 3.0 * limit:
-            yield from self._close(self.buffer.last_good())
+        limits = {causal.POSITION: limit, causal.HEADING: 3.0 * limit}
+        while True:
+            if self._pace is None:
+                began = self.buffer.began(self._ended_at)
+                if began is None:
+                    return
+                self._pace = Pace(self.buffer.aligned(began + SETTLE_S))
+            gap = self.buffer.gap(self._pace.begin + max(self._pace.tick, 0.0), limits)
+            yield from self._due(now if gap is None else gap[0])
+            if gap is None:
+                return
+            yield from self._close(gap[0])
+            self._ended_at = gap[1]
 
     def _due(self, now: float) -> Iterator[Update]:
         assert self._pace is not None
@@ -222,7 +227,6 @@ class Identifier:
         pace, self._pace = self._pace, None
         if pace is None:
             return
-        self._ended_at = self.buffer.now
         begun = pace.begin + pace.window
         steps = int((end - begun) / self.h)
         if steps * self.h >= 0.5 * self.block:

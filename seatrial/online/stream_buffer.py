@@ -149,17 +149,29 @@ class StreamBuffer:
         rows = rows[fresh]
         return rows[np.argsort(rows[:, 0], kind="stable")] if len(rows) else None
 
-    def gap(self, kind: int) -> float:
-        """How long ago the last good sample of a kind was, s."""
-        mine = (self._rows.value[:, 0] == kind) & (self._rows.value[:, 3] > 0) if len(self._rows.t) else []
-        times = self._rows.t[mine] if len(self._rows.t) else np.empty(0)
-        return self.now - float(times[-1]) if len(times) else np.inf
+    def gap(self, after: float, limits: Mapping[int, float]) -> tuple[float, float] | None:
+        """The first gap after a time: the last good sample of a kind before it, and the first one after it, or now.
+
+        ``limits`` has the longest time, s, that each kind may be without a good sample.
+        """
+        found = []
+        for kind, limit in limits.items():
+            mine = (
+                (self._rows.value[:, 0] == kind)
+                & (self._rows.value[:, 3] > 0)
+                & (self._rows.t >= after - limit)
+            )
+            times = np.concatenate([[after], self._rows.t[mine & (self._rows.t > after)], [self.now]])
+            wide = np.flatnonzero(np.diff(times) > limit)
+            if len(wide):
+                found.append((float(times[wide[0]]), float(times[wide[0] + 1])))
+        return min(found, default=None)
 
     def began(self, after: float) -> float | None:
-        """The first time after a given one at which the motion was known."""
+        """The first time from a given one on at which the motion was known."""
         if not len(self._rows.t):
             return None
-        known = np.isfinite(self._rows.value[:, 4]) & (self._rows.t > after)
+        known = np.isfinite(self._rows.value[:, 4]) & (self._rows.t >= after)
         return float(self._rows.t[np.argmax(known)]) if known.any() else None
 
     def aligned(self, t: float) -> float:
