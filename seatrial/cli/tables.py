@@ -132,7 +132,8 @@ def fields(topic: TopicFacts) -> str:
 
 def field_text(field: FieldFacts, with_range: bool) -> str:
     """One field."""
-    unit = f" [{field.unit}]" if field.unit else ""
+    said = field.name.rstrip("])").endswith(field.unit)
+    unit = f" [{field.unit}]" if field.unit and not said else ""
     return f"{field.name}{unit} {span(field.low, field.high) if with_range else ''}".rstrip()
 
 
