@@ -16,10 +16,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def true_first_state(structure: Structure, d: Drive, shown: FloatArray) -> FloatArray:
     """First state (8,) of the vessel from what the sensors show (6,): x, y, psi, u, v, r over ground."""
     x, y, psi, u, v, r = shown
-    bias = d.sensor[0]
+    bias = d.sensor[0] - r * _heading_clock(structure, d)
     c, s = np.cos(bias), np.sin(bias)
-    u, v = u * c - v * s, u * s + v * c
-    psi = psi - bias
+    psi, u, v = psi - bias, u * c - v * s, u * s + v * c
     r = (r - d.sensor[1]) / d.sensor[2] if "yaw_rate" in structure.setting.streams else r
     u += r * (d.sensor[4] - structure.vessel.antenna[1])
     v -= r * (d.sensor[3] - structure.vessel.antenna[0])
@@ -67,27 +66,34 @@ def accelerations_at(structure: Structure, d: Drive, state: FloatArray, step: in
 
 
 def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) -> FloatArray:
-    """What the sensors show (n, 6) of the vessel's states (n, 8): sensor and clock effects put on."""
+    """What the sensors show (n, 6) of the vessel's states (n, 8): sensor and clock effects put on.
+
+    Velocities over ground are shown in the axes of the heading that is shown, as they are found from measurements.
+    A heading that comes late does not show where a gyro tells the turning: the smoother follows the gyro.
+    """
     out = over_ground(states[:, :6], d.current)
     psi, bias = states[:, 2], d.sensor[0]
-    psi_shown = psi + bias
-    dx, dy = _antenna_shift(structure, d, psi, psi_shown)
-    c, s = np.cos(bias), np.sin(bias)
-    u, v = out[:, 3].copy(), out[:, 4].copy()
+    dx, dy = _antenna_shift(structure, d, psi, psi + bias)
     arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
-    u, v = u - out[:, 5] * arm_y, v + out[:, 5] * arm_x
-    out[:, 0] += dx
-    out[:, 1] += dy
-    out[:, 2] = psi_shown
-    out[:, 3], out[:, 4] = u * c + v * s, -u * s + v * c
-    if "yaw_rate" in structure.setting.streams:
-        out[:, 5] = d.sensor[2] * out[:, 5] + d.sensor[1]
-    return _late(out, stretch.h, d.sensor)
+    u, v = out[:, 3] - out[:, 5] * arm_y, out[:, 4] + out[:, 5] * arm_x
+    c, s = np.cos(psi), np.sin(psi)
+    rate = d.sensor[2] * out[:, 5] + d.sensor[1] if "yaw_rate" in structure.setting.streams else out[:, 5]
+    ground = np.column_stack([out[:, 0] + dx, out[:, 1] + dy, psi + bias, c * u - s * v, s * u + c * v, rate])
+    late = _late(ground, stretch.h, d.sensor, _heading_clock(structure, d))
+    c, s = np.cos(late[:, 2]), np.sin(late[:, 2])
+    north, east = late[:, 3].copy(), late[:, 4].copy()
+    late[:, 3], late[:, 4] = c * north + s * east, c * east - s * north
+    return late
 
 
-def _late(out: FloatArray, h: float, sensor: FloatArray) -> FloatArray:
+def _heading_clock(structure: Structure, d: Drive) -> float:
+    """By how much the heading that is shown is late, s."""
+    return 0.0 if "yaw_rate" in structure.setting.streams else float(d.sensor[6])
+
+
+def _late(out: FloatArray, h: float, sensor: FloatArray, heading: float) -> FloatArray:
     """Shift columns by their stream's clock offset."""
-    clocks = (sensor[5], sensor[5], sensor[6], sensor[5], sensor[5], sensor[7])
+    clocks = (sensor[5], sensor[5], heading, sensor[5], sensor[5], sensor[7])
     if not any(clocks):
         return out
     t = h * np.arange(len(out))
