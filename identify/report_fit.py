@@ -106,7 +106,7 @@ def fitted_effect(
     mine = [k for k, s in enumerate(structure.slots) if s.effect == index]
     names, values, jacobian = _reported(active, structure, p, mine)
     variance = jacobian @ covariance @ jacobian.T
-    if active.effect.input_delay and structure.input_lead is not None:
+    if active.effect.input_delay and structure.input_lead is not None and not structure.lead_is_free:
         variance = variance + structure.input_lead[1] ** 2 * np.eye(len(variance))
     units = _units(active, structure, mine)
     parameters = tuple(

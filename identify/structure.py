@@ -131,8 +131,10 @@ class Structure:
 
     @property
     def lead_is_free(self) -> bool:
-        """Whether the lead of the inputs can be told from the effects: a delay of inputs is the same thing."""
-        return not any(a.effect.input_delay for a in self.actives)
+        """Whether the lead of the inputs can be told from the effects: a delay of all inputs is the same thing."""
+        every = {i.name for i in self.inputs}
+        late = {a.variant.input for a in self.actives if a.effect.input_delay}
+        return None not in late and not late >= every
 
     def carried(self, p: FloatArray, source: Structure) -> FloatArray:
         """Parameters of this structure from those of another: what has the same effect and name, else nothing."""

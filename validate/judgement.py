@@ -29,8 +29,9 @@ WORTH = 0.02
 AGAIN = 3
 #: Below this cost per degree of freedom a refit converges from where the base is.
 NEAR = 1.5
-#: So many candidates are refitted to the end; the others are left after a few steps.
-RUNNERS = 4
+#: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
+#: steps, in which one that began far from the base's own optimum may not have caught up.
+RUNNERS, PROMISING = 4, 4
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
@@ -150,9 +151,10 @@ def _raced(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, 
     if base.chi2_per_dof < FAR:
         return _alive(_nearly(base, finalists))
     some = thinned(base)
-    runners = _alive([(s, begun(some, s)) for s in finalists])
-    runners = _alive([(s, went_on(f, 3)) for s, f in runners[: len(runners) // 2 + 1]])
-    return _alive([(s, _slack(base, _whole(base, f))) for s, f in runners[:RUNNERS]])
+    runners = _alive([(s, went_on(begun(some, s), 3)) for s in finalists])
+    promising = [s.active.label for s in finalists[:PROMISING]]
+    ahead = [(s, f) for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising]
+    return _alive([(s, _slack(base, _whole(base, f))) for s, f in ahead])
 
 
 def _nearly(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
