@@ -8,14 +8,13 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from identify import kernel
-from identify.lanes import population_in_lanes
+from identify.lanes import Driven, population_in_lanes
 from identify.models import MODEL_BY_NAME, terms_for
 from identify.structure import Structure, structure_for
 from identify.tangents import Along, Run, padded, run_for, sensitivities
@@ -94,17 +93,9 @@ def one_rollout(c: Case) -> np.ndarray:
 
 def population(c: Case, workers: int) -> np.ndarray:
     """States (64, n + 1, 8) of a population, eight abreast, shared by threads."""
-    tape = c.structure.table.tape
     spread = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((CANDIDATES, len(c.coefficients)))
-    parts = np.array_split(c.coefficients * spread, workers)
-    with ThreadPoolExecutor(workers) as pool:
-        done = pool.map(
-            lambda p: population_in_lanes(
-                tape, c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5, p
-            ),
-            parts,
-        )
-        return np.concatenate(list(done))
+    driven = Driven(c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5)
+    return population_in_lanes(c.structure.table.tape, driven, c.coefficients * spread, workers)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from identify import kernel
 from identify.base_fit import Fitted, fit_states, null_parameters, window_length
 from identify.drive import Drive, drive
-from identify.lanes import population_in_lanes
+from identify.lanes import Compared, Driven, misfits_in_lanes
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, Minimum, minimise
 from identify.output_error import prior_for
@@ -72,10 +72,11 @@ class Objective:
         return np.asarray(np.sum(parts, axis=0) / rows, dtype=float)
 
     def _errors(self, course: Course, candidates: FloatArray) -> FloatArray:
-        states = course_states(self.structure, course, self._coefficients(course, candidates))
-        error = (states[:, :, 3:6] - course.measured) * course.weight
-        capped = np.clip(np.nan_to_num(error, nan=CAP, posinf=CAP, neginf=-CAP), -CAP, CAP)
-        return np.asarray(np.einsum("mnc,mnc->m", capped, capped), dtype=float)
+        compared = Compared(course.measured, course.weight, CAP)
+        coefficients = self._coefficients(course, candidates)
+        return misfits_in_lanes(
+            self.structure.table.tape, _driven(self.structure, course), coefficients, compared
+        )
 
     def _coefficients(self, course: Course, candidates: FloatArray) -> FloatArray:
         out = np.tile(course.drive.coefficients, (len(candidates), 1))
@@ -84,13 +85,13 @@ class Objective:
         return out
 
 
-def course_states(structure: Structure, course: Course, coefficients: FloatArray) -> FloatArray:
-    """States (m, steps + 1, 8) of a population of coefficients (m, terms) over one window."""
+def _driven(structure: Structure, course: Course) -> Driven:
+    """What drives one window, for the compiled code."""
     d, w = course.drive, course.window
     part = slice(w.first, w.first + w.steps)
-    return population_in_lanes(
-        structure.table.tape, course.first, course.stretch.h, structure.model.discrete, d.channels[part],
-        d.slopes[part], d.wind[part], d.current, structure.u0, coefficients,
+    return Driven(
+        course.first, course.stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part],
+        d.current, structure.u0,
     )  # fmt: skip
 
 

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from identify.flow import COLUMNS, flow
 from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
-from identify.simd import WIDTH, absolute, larger, load, root, splat, store
+from identify.simd import WIDTH, absolute, larger, load, root, smaller, splat, store
 from identify.tape import ROW, Tape
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
-def population_in_lanes(
-    tape: Tape,
-    first: FloatArray,
-    h: float,
-    euler: bool,
-    channels: FloatArray,
-    slopes: FloatArray,
-    wind: FloatArray,
-    current: FloatArray,
-    u0: float,
-    coefficients: FloatArray,
-) -> FloatArray:
+class Driven(NamedTuple):
+    """What drives a run: first state (8,), step, s, whether by explicit Euler steps, and as in ``kernel.free_run``."""
+
+    first: FloatArray
+    h: float
+    euler: bool
+    channels: FloatArray
+    slopes: FloatArray
+    wind: FloatArray
+    current: FloatArray
+    u0: float
+
+
+class Compared(NamedTuple):
+    """What runs are compared with: velocities (n + 1, 3), weights (3,), and the largest error that counts."""
+
+    measured: FloatArray
+    weight: FloatArray
+    cap: float
+
+
+_NOTHING = Compared(np.zeros((0, 3)), np.zeros(3), 0.0)
+
+
+def population_in_lanes(tape: Tape, driven: Driven, coefficients: FloatArray, workers: int = 1) -> FloatArray:
     """Free runs of candidates (m, p) from the same state, by the rule of the kernel.
 
     Returns
@@ -32,24 +48,50 @@ def population_in_lanes(
     (m, n + 1, 8)
         What ran away is left as it is: large, infinite or NaN.
     """
+    groups = -(-len(coefficients) // WIDTH)
+    out = np.empty((WIDTH * groups, len(driven.channels) + 1, NX))
+    _run_all(tape, driven, coefficients, _NOTHING, out, np.zeros(0), workers)
+    return out[: len(coefficients)]
+
+
+def misfits_in_lanes(
+    tape: Tape, driven: Driven, coefficients: FloatArray, compared: Compared, workers: int = 1
+) -> FloatArray:
+    """Sums (m,) of squared weighted errors of u, v, r over free runs of candidates (m, p), nothing else kept."""
+    total = np.zeros(-(-len(coefficients) // WIDTH) * WIDTH)
+    _run_all(tape, driven, coefficients, compared, np.zeros((0, 0, NX)), total, workers)
+    return total[: len(coefficients)]
+
+
+def _run_all(
+    tape: Tape, driven: Driven, coefficients: FloatArray, compared: Compared, out: FloatArray, total: FloatArray,
+    workers: int,
+) -> None:  # fmt: skip
+    """Run all groups of candidates, shared among threads."""
     m = len(coefficients)
     every = np.zeros((-(-m // WIDTH) * WIDTH, tape.summands * ROW))
     for k, target in enumerate(tape.target):
         every[:m, target] += coefficients[:, k]
-    out = np.empty((len(every), len(channels) + 1, NX))
     used = np.unique(tape.target)
     order = used[np.argsort(used % ROW, kind="stable")]
     equations = np.searchsorted(order % ROW, np.arange(6)).astype(np.int64)
     place = _places(tape)[order // ROW]
-    q = np.zeros((tape.values, WIDTH))
-    q[0] = 1.0
-    for k in range(0, len(every), WIDTH):
-        lanes = np.ascontiguousarray(every[k : k + WIDTH, order].T)
+
+    def run(k: int) -> None:
+        lanes, q = np.ascontiguousarray(every[k : k + WIDTH, order].T), np.zeros((tape.values, WIDTH))
+        q[0] = 1.0
         _run(
-            first, h, euler, channels, slopes, wind, current, u0, tape.steps, place, equations, lanes, q,
-            np.zeros(tape.values), np.zeros((2 * NX, WIDTH)), out[k : k + WIDTH],
+            driven, tape.steps, place, equations, lanes, q, np.zeros(tape.values), np.zeros((2 * NX, WIDTH)),
+            compared, out[k : k + WIDTH], total[k : k + WIDTH],
         )  # fmt: skip
-    return out[:m]
+
+    groups = range(0, len(every), WIDTH)
+    if workers < 2 or len(groups) < 2:
+        for k in groups:
+            run(k)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(run, groups))
 
 
 def _places(tape: Tape) -> FloatArray:
@@ -100,17 +142,23 @@ def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, 
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
-def _run(
-    first, h, euler, channels, slopes, wind, current, u0, steps, place, equations, lanes, q, alone, work, out
-):
-    """Fill ``out`` (WIDTH, n + 1, 8); ``work`` (16, WIDTH) holds states, then the sums of their rates."""
-    n, stages = channels.shape[0], 1 if euler else 4
+def _run(driven, steps, place, equations, lanes, q, alone, work, compared, out, total):
+    """Fill ``out`` (WIDTH, n + 1, 8) or add to ``total`` (WIDTH,); ``work`` (16, WIDTH): states, changes."""
+    h, euler, channels, slopes, u0 = driven.h, driven.euler, driven.channels, driven.slopes, driven.u0
+    wind, current, n, stages = driven.wind, driven.current, driven.channels.shape[0], 1 if driven.euler else 4
     for j in range(NX):
-        store(work, j * WIDTH, splat(first[j]))
+        store(work, j * WIDTH, splat(driven.first[j]))
+    misfit = splat(0.0)
     for i in range(n + 1):
-        for lane in range(WIDTH):
-            for j in range(NX):
-                out[lane, i, j] = work[j, lane]
+        if out.shape[0]:
+            for lane in range(WIDTH):
+                for j in range(NX):
+                    out[lane, i, j] = work[j, lane]
+        else:
+            for j in range(3):
+                error = (load(work, (3 + j) * WIDTH) - compared.measured[i, j]) * compared.weight[j]
+                error = smaller(absolute(error), splat(compared.cap))
+                misfit = misfit + error * error
         if i == n:
             break
         north, east = wind[i, 0] - current[0], wind[i, 1] - current[1]
@@ -134,9 +182,10 @@ def _run(
             )
             if steps.needs[2]:
                 ke, kf = _sum(3, equations, place, lanes, q), _sum(4, equations, place, lanes, q)
-            c, s = cosine_and_sine(psi)
-            _add(work, 8, (u * c - v * s + current[0]) * weight)
-            _add(work, 9, (u * s + v * c + current[1]) * weight)
+            if out.shape[0]:  # nothing depends on the position
+                c, s = cosine_and_sine(psi)
+                _add(work, 8, (u * c - v * s + current[0]) * weight)
+                _add(work, 9, (u * s + v * c + current[1]) * weight)
             _add(work, 10, kp * weight)
             _add(work, 11, ku * weight)
             _add(work, 12, kv * weight)
@@ -147,6 +196,8 @@ def _run(
         store(work, 7 * WIDTH, zf)
         for j in range(NX):
             _add(work, j, load(work, (NX + j) * WIDTH))
+    if not out.shape[0]:
+        store(total, 0, load(total, 0) + misfit)
 
 
 @njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)

@@ -111,14 +111,21 @@ root = _calling("sqrt")
 nearest = _calling("rint")
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def larger(_: Any, one: Any, other: Any) -> Any:
-    """The larger of two, lane by lane."""
+def _choosing(sign: str) -> Any:
+    """The one of two for which the comparison holds, lane by lane; the second where one is no number."""
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.select(builder.fcmp_ordered(">", args[0], args[1]), args[0], args[1])
+    @intrinsic  # type: ignore[untyped-decorator]
+    def operation(_: Any, one: Any, other: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.select(builder.fcmp_ordered(sign, args[0], args[1]), args[0], args[1])
 
-    return LANES(LANES, LANES), code
+        return LANES(LANES, LANES), code
+
+    return operation
+
+
+larger = _choosing(">")
+smaller = _choosing("<")
 
 
 def _arithmetic(function: Callable[..., Any], name: str) -> None:

@@ -13,7 +13,7 @@ from identify.drive import directions, drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
 from identify.flow import PARAMETERS
-from identify.lanes import population_in_lanes
+from identify.lanes import Compared, Driven, misfits_in_lanes, population_in_lanes
 from identify.models import MODELS
 from identify.predict import run
 from identify.simd import load, store
@@ -286,18 +286,15 @@ def test_lanes_equal_single_runs(model):
     d = drive(structure, members[0], stretch)
     rows = np.array([drive(structure, m, stretch).coefficients for m in members])
     current, wind = np.array([0.2, -0.1]), stretch.wind
-    found = population_in_lanes(
-        structure.table.tape,
-        FIRST,
-        STEP,
-        structure.model.discrete,
-        d.channels,
-        d.slopes,
-        wind,
-        current,
-        structure.u0,
-        rows,
-    )
+    driven = Driven(FIRST, STEP, structure.model.discrete, d.channels, d.slopes, wind, current, structure.u0)
+    found = population_in_lanes(structure.table.tape, driven, rows, workers=2)
+    measured, weight = found[3, :, 3:6].copy(), np.array([2.0, 3.0, 5.0])
+    compared = Compared(measured, weight, 4.0)
+    misfits = misfits_in_lanes(structure.table.tape, driven, rows, compared)
+    with np.errstate(invalid="ignore"):
+        error = np.minimum(np.nan_to_num(np.abs((found[:, :, 3:6] - measured) * weight), nan=4.0), 4.0)
+    assert misfits == pytest.approx(np.sum(error**2, axis=(1, 2)), rel=1e-9)
+    assert misfits[3] < 1e-12
     for coefficients, states in zip(rows, found, strict=True):
         alone = run(structure, d._replace(coefficients=coefficients, current=current), stretch, FIRST)
         good = np.isfinite(alone).all(axis=1)
