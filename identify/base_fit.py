@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.joined import Joined, chain_of, join, spreads
+from identify.models import MODEL_BY_NAME, terms_for
 from identify.noise import calibrated
 from identify.output_error import Prior, Solution, prior_for, solve
 from identify.predict import free_run
@@ -24,6 +26,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 SHORT, LONG = 8.0, 30.0
 #: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
 FAR = 3.0
+#: The model that leads others into a good valley: few terms, of which most models have some.
+LEAN = "blanke"
+#: Jumps between windows where a search begins from another model's solution.
+FIRM = (1e-2, 3e-3, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -152,29 +158,83 @@ def fit_declared(prepared: Prepared) -> Fitted:
 def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
     """Fit a structure; far from the noise, by the way that predicts the same logs best, free-running.
 
-    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, or the
-    regression alone, may then serve better. Which, is decided on the logs of the fit.
+    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, the
+    regression alone, or whole logs by windows that are joined ever more firmly, may then serve better. Which, is
+    decided on the logs of the fit.
     """
     fitted = fit_from_scratch(structure, stretches)
     if fitted.chi2_per_dof < FAR:
         return fitted
     others = [fit_from_scratch(structure, stretches, length=length) for length in (SHORT, 2.0 * SHORT)]
-    return min([fitted, *others, _by_regression_alone(fitted, stretches)], key=free_running_misfit)
+    others += [_by_regression_alone(fitted, stretches), _by_joined_windows(fitted, stretches)]
+    return min([fitted, *others], key=free_running_misfit)
 
 
 def _by_regression_alone(fitted: Fitted, stretches: tuple[Stretch, ...]) -> Fitted:
     structure = fitted.solution.structure
+    return _with(fitted, start_by_regression(structure, null_parameters(structure), stretches))
+
+
+def _by_joined_windows(fitted: Fitted, stretches: tuple[Stretch, ...]) -> Fitted:
+    structure = fitted.solution.structure
+    if structure.has_following_states or "u" not in structure.model.predicts:
+        return fitted
+    found = joined_from_simple(structure, stretches)
+    return fitted if found is None else _with(fitted, found.p)
+
+
+def joined_from_simple(structure: Structure, stretches: Sequence[Stretch]) -> Joined | None:
+    """Fit whole logs free-running, from the regression and from the solution of a lean model; the better of the two.
+
+    A rich model has many valleys; the one that a lean model leads into is rarely a bad one, and often the best.
+    """
+    chain = chain_of(structure, stretches)
+    p, prior = regression_start(structure, stretches)
+    found = [join(chain, p, prior)]
+    lean = lean_structure(structure)
+    if lean is not None:
+        q, known = regression_start(lean, stretches)
+        leader = join(chain_of(lean, stretches), q, known)
+        if leader is not None:
+            found.append(join(chain, structure.carried(leader.p, lean), prior, leader.first, jumps=FIRM))
+    return min((f for f in found if f is not None), key=lambda f: f.cost, default=None)
+
+
+def regression_start(structure: Structure, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:
+    """Coefficients by regression, effects at their null, and what is known beforehand."""
     p = start_by_regression(structure, null_parameters(structure), stretches)
-    solution = fit_states(fitted.problem, structure, p)
+    return p, prior_for(structure, coefficient_scales(structure, p, stretches))
+
+
+def lean_structure(structure: Structure) -> Structure | None:
+    """The same vessel, logs and effects with the model ``LEAN``; None where that has no more to say."""
+    model = MODEL_BY_NAME[LEAN]
+    if structure.model.name == LEAN or not structure.setting.of_kind("rudder"):
+        return None
+    terms, _ = terms_for(model, structure.vessel, structure.inputs)
+    return replace(structure, model=model, setting=replace(structure.setting, terms=terms))
+
+
+def _with(fitted: Fitted, p: FloatArray) -> Fitted:
+    """The same problem with these parameters, or as it was where they run away in its windows."""
+    solution = fit_states(fitted.problem, fitted.solution.structure, p)
     return replace(fitted, solution=solution) if np.isfinite(solution.cost) else fitted
 
 
 def free_running_misfit(fitted: Fitted) -> float:
-    """Mean squared free-running error of u, v, r on the fit's own stretches over their variance, summed."""
-    states = [s.states[:, 3:6] for s in fitted.problem.stretches]
-    runs = [
-        free_run(fitted.solution.structure, fitted.solution.p, s)[:, 3:6] for s in fitted.problem.stretches
-    ]
-    error = np.vstack(runs) - np.vstack(states)
-    square = np.mean(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3) ** 2, axis=0)
-    return float(np.sum(square / (np.var(np.vstack(states), axis=0) + 1e-12)))
+    """Mean squared free-running error of u, v, r, each in units of its spread in its own stretch, summed."""
+    stretches, structure = fitted.problem.stretches, fitted.solution.structure
+    spread = spreads(stretches)
+    total, steps = 0.0, 0
+    for s, scale in zip(stretches, spread, strict=True):
+        total += float(np.sum(relative_errors(structure, fitted.solution.p, s, scale) ** 2))
+        steps += s.steps + 1
+    return total / steps
+
+
+def relative_errors(
+    structure: Structure, p: FloatArray, stretch: Stretch, spread: FloatArray, cap: float = 30.0
+) -> FloatArray:
+    """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``."""
+    error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
+    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)

@@ -3,6 +3,9 @@
 Everything happens inside the logs to identify on. Every model whose inputs the vessel has is fitted to all of them
 over short windows, in which even a poor model cannot run far; then each part is left out in turn, the parameters are
 fitted again from there, and the part is predicted over long windows.
+
+Where no model comes near the sensors' noise and there are several logs, it is whole logs that count: each model is
+fitted free-running (``identify.joined``), each log left out in turn and predicted from its first state to its end.
 """
 
 from __future__ import annotations
@@ -12,10 +15,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.base_fit import (
+    FAR,
+    Fitted,
+    fit_from_scratch,
+    joined_from_simple,
+    regression_start,
+    relative_errors,
+    window_length,
+)
 from identify.drive import drive
+from identify.joined import Joined, join
 from identify.models import MODEL_BY_NAME, terms_for
-from identify.output_error import solve
+from identify.output_error import Prior, solve
 from identify.predict import run, shown, true_first_state
 from identify.prepare import Prepared, prepare
 from identify.stretch import Stretch
@@ -28,13 +40,17 @@ from preprocess.vessel import Input, Vessel
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Models that predict all of u, v, r, by number of terms; the discrete one is another form of its neighbour.
-CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "abkowitz")
+CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "taylor3", "abkowitz")
 #: A model is as good as the best where its error is no more than this share larger.
 AS_GOOD = 0.02
 #: Length of the windows that are fitted, s.
 ROUGH = 10.0
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5
+#: Models that predict short windows more than this many times worse than the best are not fitted to whole logs.
+HOPELESS = 2.0
+#: Jumps between windows, from loose to tight, where a log was left out and the rest is fitted again.
+AGAIN = (3e-2, 1e-2, 3e-3)
 #: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
 CAP = 3.0
 
@@ -87,11 +103,18 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
     used = [t for t in trials if t.role == "identify"]
     if not used:
         raise NotIdentifiable("no log has the role identify.")
-    found = [_considered(used, name) for name in CONSIDERED]
-    ranked = tuple(sorted(found, key=lambda c: (not np.isfinite(c.error), c.error)))
+    tried = [_tried(used, name) for name in CONSIDERED]
+    ranked = ranking([t.considered for t in tried])
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
+    if _far_from_noise(tried):
+        ranked = ranking([_by_whole_logs(t, HOPELESS * ranked[0].error) for t in tried])
     return simplest(ranked), ranked
+
+
+def ranking(found: Sequence[Considered]) -> tuple[Considered, ...]:
+    """Best first."""
+    return tuple(sorted(found, key=lambda c: (not np.isfinite(c.error), c.error)))
 
 
 def simplest(ranked: Sequence[Considered]) -> str:
@@ -115,21 +138,70 @@ def missing_inputs(name: str, vessel: Vessel, inputs: tuple[Input, ...]) -> str:
     return "" if "r" in driven else "nothing turns it: positions are missing"
 
 
-def _considered(trials: Sequence[Trial], name: str) -> Considered:
+@dataclass(frozen=True)
+class _Tried:
+    """A model with its rough fit, where there is one, and what it is worth over windows."""
+
+    considered: Considered
+    prepared: Prepared | None = None
+    fitted: Fitted | None = None
+
+
+def _tried(trials: Sequence[Trial], name: str) -> _Tried:
     first = trials[0]
     note = missing_inputs(name, first.vessel, first.inputs_declared)
     if note:
-        return Considered(name, 0, np.inf, (), note)
+        return _Tried(Considered(name, 0, np.inf, (), note))
     prepared = prepare(trials, name)
     terms = len(prepared.structure.setting.terms)
     fitted = fit_from_scratch(prepared.structure, prepared.identify, length=ROUGH, rounds=0)
     if not np.isfinite(fitted.solution.cost):
-        return Considered(name, terms, np.inf, (), "ran away")
+        return _Tried(Considered(name, terms, np.inf, (), "ran away"))
     squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
+    return _Tried(_of_squares(name, terms, squares), prepared, fitted)
+
+
+def _of_squares(name: str, terms: int, squares: Sequence[tuple[float, int]]) -> Considered:
     total = sum(s for s, _ in squares) / max(sum(n for _, n in squares), 1)
-    return Considered(
-        name, terms, float(np.sqrt(total)), tuple(float(np.sqrt(s / max(n, 1))) for s, n in squares)
-    )
+    parts = tuple(float(np.sqrt(s / max(n, 1))) for s, n in squares)
+    return Considered(name, terms, float(np.sqrt(total)), parts)
+
+
+def _far_from_noise(tried: Sequence[_Tried]) -> bool:
+    """Whether there are several logs and no model comes near the noise over even short windows."""
+    fitted = [t.fitted for t in tried if t.fitted is not None]
+    several = len({s.name for s in fitted[0].problem.stretches}) > 2
+    return several and min(f.chi2_per_dof for f in fitted) > FAR
+
+
+def _by_whole_logs(tried: _Tried, limit: float) -> Considered:
+    """The model's error over logs that were left out, predicted free-running from beginning to end."""
+    one, prepared = tried.considered, tried.prepared
+    if prepared is None or one.error > limit:
+        return replace(one, error=np.inf, note=one.note or "predicts short windows much worse than others")
+    structure, stretches = prepared.structure, prepared.identify
+    found = joined_from_simple(structure, stretches)
+    if found is None:
+        return replace(one, error=np.inf, note="runs away over whole logs")
+    _, prior = regression_start(structure, stretches)
+    names = list(dict.fromkeys(s.name for s in stretches))
+    groups = [
+        {k for k, s in enumerate(stretches) if names.index(s.name) % MOST_PARTS == g}
+        for g in range(MOST_PARTS)
+    ]
+    return _of_squares(one.name, one.terms, [_logs_left_out(found, prior, g) for g in groups if g])
+
+
+def _logs_left_out(found: Joined, prior: Prior, group: set[int]) -> tuple[float, int]:
+    """Squared error, in units of each log's own spread, and number of samples of stretches that were left out."""
+    chain = found.chain
+    kept = [k for k, w in enumerate(chain.pieces) if w.stretch not in group]
+    again = join(chain.without(group), found.p, prior, found.first[kept], jumps=AGAIN, budget=8)
+    p = found.p * np.nan if again is None else again.p
+    errors = np.vstack([
+        relative_errors(chain.structure, p, chain.stretches[k], chain.spread[k], CAP) for k in sorted(group)
+    ])  # fmt: skip
+    return float(np.sum(errors**2) / 3.0), len(errors)
 
 
 def parts_of(problem: Problem) -> list[list[int]]:

@@ -51,6 +51,9 @@ _BLANKE = _split("ur, uv, |v|v, |v|r, δ, 1")
 _CS2 = _split("ur, uv, v, |v|v, |r|v, r, |v|r, |r|r, |u|uδ, |u|u|δ|δ")
 _CS2_SURGE = _split("u, |u|u, u³, vr, r², |n|n, |n|u")
 
+#: Third-order expansion in v, r and the rudder's angle, rudder terms also with the speed, and a constant.
+_TAYLOR = _split("ur, uv, v, r, δ, uδ, v³/U, v²r/U, vr²/U, r³/U, δ³, vδ², rδ², v²δ, r²δ, vrδ, 1")
+
 _MMG = _split("vU, rU, v³/U, v²r/U, vr²/U, r³/U, F_Ncosδ")
 
 MODELS: tuple[Model, ...] = (
@@ -70,6 +73,8 @@ MODELS: tuple[Model, ...] = (
     Model("modulus", _split("u, u|u|, vr, r², T"), _split("v, v|v|, r, ur, F_y"), _split("r, r|r|, v, uv, N_F"),
           "Fossen 2011, sec. 7.3"),
     Model("linear", _split("u, vr, r², T"), _split("v, r, ur, F_y"), _split("r, v, uv, N_F"), "Fossen 2011, sec. 7.3"),
+    Model("taylor3", _split("|u|u, v², vr, r², |n|n, δ², vδ, rδ"), _TAYLOR, _TAYLOR,
+          "Abkowitz 1964; Strom-Tejsen 1965"),
     Model("mmg", _split("U², v², vr, r², v⁴/U², T_P, F_Nsinδ"), _MMG, _MMG, "Yasukawa and Yoshimura 2015, eqs. 4-27",
           flow=True),
 )  # fmt: skip

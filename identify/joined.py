@@ -1,0 +1,318 @@
+"""Whole logs fitted free-running, by windows that are joined ever more firmly.
+
+Where a vessel is unstable on course, the error of a free run over a whole log has countless valleys, and a search over
+long windows goes nowhere. Here every log is cut into short windows with first states of their own, and the jump from
+the end of each window to the beginning of the next is penalised: lightly at first, so that the search goes easily, then
+ever more, until what is left is one free run from the log's first state (multiple shooting; Bock 1983). Compared are u,
+v and r, each in units of how much it varies in its own log: a gentle zigzag counts as much as a hard one.
+
+The normal equations are banded in the windows' states, so the cost grows with the number of samples and no faster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from identify import kernel
+from identify.drive import directions, drive
+from identify.output_error import Prior
+from identify.regression import through_water
+from identify.stretch import IntArray, Stretch
+from identify.structure import Structure
+from identify.tangents import Run, padded, run_for, sensitivities
+from identify.windows import along_of
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Length of the windows for a vessel of one metre, s; it grows with the root of the length.
+LENGTH = 5.0
+#: How much a state may jump between two windows, in units of its spread in the log: from loose to tight.
+JUMPS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3)
+#: How well a log's first state is known, in units of the spread of u, v, r.
+FIRST = 2e-3
+#: A channel that hardly varies in a log counts as if it varied by this share of its spread over all logs.
+LEAST = 0.1
+#: Size of the errors that what is known beforehand is weighed against, in units of the spread. They are far from
+#: independent, so they count much less than their number.
+ERROR = 1.0
+#: Places of u, v, r in the state.
+_UVR = slice(3, 6)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A window of one stretch: ``steps`` from ``begin``, ``opens`` where the stretch begins with it."""
+
+    stretch: int
+    begin: int
+    steps: int
+    opens: bool
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Stretches in pieces that follow each other.
+
+    ``spread`` (stretches, 3) of u, v, r in each; ``measured`` per stretch the states (steps + 1, 3) that are compared.
+    """
+
+    structure: Structure
+    stretches: tuple[Stretch, ...]
+    pieces: tuple[Piece, ...]
+    spread: FloatArray
+
+    def without(self, stretches: Collection[int]) -> Chain:
+        """The same without some stretches."""
+        kept = tuple(p for p in self.pieces if p.stretch not in stretches)
+        return Chain(self.structure, self.stretches, kept, self.spread)
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Where a search ended: parameters ``p`` (np,), first states (pieces, 3) and the cost."""
+
+    chain: Chain
+    p: FloatArray
+    first: FloatArray
+    cost: float
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """Normal equations: band (6, 3 w) of the states, their coupling (3 w, np) and gradient, those of the parameters."""
+
+    band: FloatArray
+    coupling: FloatArray
+    by_state: FloatArray
+    information: FloatArray
+    score: FloatArray
+    cost: float
+
+
+def chain_of(structure: Structure, stretches: Sequence[Stretch]) -> Chain:
+    """Cut stretches into pieces, and find how much u, v and r vary in each."""
+    length = LENGTH * max(1.0, float(np.sqrt(structure.vessel.length)))
+    pieces = [p for k, s in enumerate(stretches) for p in _pieces(k, s, length)]
+    return Chain(structure, tuple(stretches), tuple(pieces), spreads(stretches))
+
+
+def spreads(stretches: Sequence[Stretch]) -> FloatArray:
+    """Standard deviation (stretches, 3) of u, v, r in every stretch, no less than a share of that over all of them."""
+    overall = np.vstack([s.states[:, _UVR] for s in stretches]).std(axis=0)
+    own = np.array([s.states[:, _UVR].std(axis=0) for s in stretches])
+    return np.asarray(np.maximum(own, LEAST * overall) + 1e-9, dtype=float)
+
+
+def _pieces(index: int, stretch: Stretch, length: float) -> list[Piece]:
+    edges = np.linspace(0, stretch.steps, max(1, round(stretch.steps * stretch.h / length)) + 1).astype(int)
+    return [Piece(index, int(a), int(b - a), k == 0) for k, (a, b) in enumerate(pairwise(edges))]
+
+
+def join(
+    chain: Chain,
+    p: FloatArray,
+    prior: Prior,
+    first: FloatArray | None = None,
+    *,
+    jumps: Sequence[float] = JUMPS,
+    budget: int = 15,
+    tolerance: float = 1e-3,
+) -> Joined | None:
+    """Fit all stretches free-running.
+
+    Parameters
+    ----------
+    chain : Chain
+    p : (np,)
+        Where to begin; parameters that are no coefficients stay where they are.
+    prior : Prior
+        Of the parameters.
+    first : (pieces, 3), optional
+        First u, v, r through the water of every piece; by default the smoothed ones.
+    jumps : sequence of float
+        From loose to tight.
+    budget, tolerance
+        Steps at each, and the share of the cost below which a gain is none.
+
+    Returns
+    -------
+    Joined or None
+        None where the prediction runs away at once.
+    """
+    now = Joined(chain, p, _smoothed(chain, p) if first is None else first, np.inf)
+    for jump in jumps:
+        found = _settle(now, prior, jump, budget, tolerance)
+        if found is None:
+            return None
+        now = found
+    return now
+
+
+def _settle(start: Joined, prior: Prior, jump: float, budget: int, tolerance: float) -> Joined | None:
+    """Levenberg-Marquardt at one firmness of the joints."""
+    chain, p, first, damping = start.chain, start.p, start.first, 1e-3
+    now = _normal(chain, p, first, prior, jump)
+    if now is None:
+        return None
+    for _ in range(budget):
+        move, d_first = _step(now, damping)
+        trial_p, trial_first = _moved(chain.structure, p, move), first + d_first
+        trial = _normal(chain, trial_p, trial_first, prior, jump)
+        if trial is not None and trial.cost < now.cost:
+            gain = now.cost - trial.cost
+            p, first, now, damping = trial_p, trial_first, trial, max(0.1 * damping, 1e-9)
+            if gain < tolerance * now.cost:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e6:
+                break
+    return Joined(chain, p, first, now.cost)
+
+
+def _moved(structure: Structure, p: FloatArray, move: FloatArray) -> FloatArray:
+    """``p`` with the coefficients moved, within their bounds."""
+    out = p.copy()
+    out[structure.simple] += move
+    low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
+    return np.asarray(np.clip(out, low, high), dtype=float)
+
+
+def _smoothed(chain: Chain, p: FloatArray) -> FloatArray:
+    """First u, v, r (pieces, 3) of every piece, through the water, from the smoothed states."""
+    currents = [drive(chain.structure, p, s).current for s in chain.stretches]
+    states = [chain.stretches[w.stretch].states[w.begin : w.begin + 1] for w in chain.pieces]
+    return np.vstack([
+        through_water(x, currents[w.stretch])[:, _UVR] for x, w in zip(states, chain.pieces, strict=True)
+    ])  # fmt: skip
+
+
+def _step(now: _Normal, damping: float) -> tuple[FloatArray, FloatArray]:
+    """Step of the parameters (np,) and of the first states (pieces, 3): the states eliminated by their band."""
+    band = now.band.copy()
+    band[0] *= 1.0 + damping
+    solved = solveh_banded(band, np.column_stack([now.coupling, now.by_state]), lower=True)
+    slope, free = solved[:, :-1], solved[:, -1]
+    information = now.information - now.coupling.T @ slope
+    score = now.score - now.coupling.T @ free
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(now.information), 1e-30))
+    scaled = information * scale * scale[:, None] + damping * np.eye(len(score))
+    move = scale * np.linalg.solve(scaled, scale * score)
+    return move, (free - slope @ move).reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A piece: moments (3 + m + 1 square) of first state, coefficients and errors; end, its slopes, smoothed begin."""
+
+    moment: FloatArray
+    end: FloatArray
+    slope: FloatArray
+    smoothed: FloatArray
+
+
+def _normal(
+    chain: Chain, p: FloatArray, first: FloatArray, prior: Prior, jump: float, workers: int = 2
+) -> _Normal | None:
+    """Normal equations of measurements, joints, first states and priors; None where a prediction ran away."""
+    used = sorted({w.stretch for w in chain.pieces})
+    with ThreadPoolExecutor(workers) as pool:
+        runs = list(pool.map(lambda k: _run_stretch(chain, p, first, k), used))
+    found: list[_Found] = []
+    for run in runs:
+        if run is None:
+            return None
+        found += run
+    return _assembled(chain, p, first, prior, jump, found)
+
+
+def _run_stretch(chain: Chain, p: FloatArray, first: FloatArray, stretch: int) -> list[_Found] | None:
+    """Run the pieces of one stretch with their sensitivities; None where one runs away."""
+    structure, s = chain.structure, chain.stretches[stretch]
+    d = drive(structure, p, s)
+    along, _ = along_of(structure, directions(structure, p, s, d), d)
+    states, tape = through_water(s.states, d.current), structure.table.tape
+    mine = [(k, w) for k, w in enumerate(chain.pieces) if w.stretch == stretch]
+    width = padded(kernel.NX + len(structure.slots) + 1)
+    run = run_for(tape, max(w.steps for _, w in mine), width, d.channels.shape[1])
+    columns = np.concatenate([np.arange(3, 6), kernel.NX + structure.simple])
+    found = []
+    for k, w in mine:
+        state = np.zeros(kernel.NX)
+        state[:6] = states[w.begin]
+        state[_UVR] = first[k]
+        done = sensitivities(
+            state, w.begin, w.steps, s.h, structure.model.discrete, d.channels, d.slopes, d.wind, d.current,
+            structure.u0, tape.steps, tape.rows(d.coefficients), along, run,
+        )  # fmt: skip
+        if done < w.steps:
+            return None
+        part = slice(w.begin, w.begin + w.steps + 1)
+        found.append(_found(run, states[part, _UVR], w.steps, columns, chain.spread[stretch]))
+    return found
+
+
+def _found(run: Run, measured: FloatArray, steps: int, columns: IntArray, spread: FloatArray) -> _Found:
+    slopes = run.s[: steps + 1, _UVR][:, :, columns] / spread[:, None]
+    errors = (measured - run.states[: steps + 1, _UVR]) / spread
+    rows = np.concatenate([slopes[1:], errors[1:, :, None]], axis=2).reshape(3 * steps, -1)
+    return _Found(rows.T @ rows, run.states[steps, _UVR].copy(), slopes[-1], measured[0])
+
+
+def _assembled(
+    chain: Chain, p: FloatArray, first: FloatArray, prior: Prior, jump: float, found: list[_Found]
+) -> _Normal:
+    """Put together what the pieces give, in the order of the chain."""
+    n, m, simple = len(found), len(chain.structure.simple), chain.structure.simple
+    square = np.zeros((n, 6 + m, 6 + m))  # first state, coefficients, first state of the next piece
+    toward = np.zeros((n, 6 + m))
+    cost = 0.0
+    for k, (w, f) in enumerate(zip(chain.pieces, found, strict=True)):
+        spread = chain.spread[w.stretch]
+        square[k, : 3 + m, : 3 + m], toward[k, : 3 + m] = f.moment[:-1, :-1], f.moment[:-1, -1]
+        cost += float(f.moment[-1, -1])
+        if w.opens:
+            cost += _add(
+                square[k],
+                toward[k],
+                np.eye(3, 6 + m) / spread[:, None],
+                (f.smoothed - first[k]) / spread,
+                FIRST,
+            )
+        if k + 1 < n and not chain.pieces[k + 1].opens:
+            rows = np.hstack([f.slope, -np.diag(1.0 / spread)])
+            cost += _add(square[k], toward[k], rows, (first[k + 1] - f.end) / spread, jump)
+    known = (ERROR / prior.sd[simple]) ** 2
+    off = prior.mean[simple] - p[simple]
+    diagonal, coupling, by_state = square[:, :3, :3], square[:, :3, 3 : 3 + m], toward[:, :3]
+    diagonal[1:] += square[:-1, 3 + m :, 3 + m :]
+    coupling[1:] += square[:-1, 3 + m :, 3 : 3 + m]
+    by_state[1:] += toward[:-1, 3 + m :]
+    return _Normal(
+        _band(diagonal, square[:, 3 + m :, :3]), coupling.reshape(3 * n, m), by_state.ravel(),
+        square[:, 3 : 3 + m, 3 : 3 + m].sum(axis=0) + np.diag(known),
+        toward[:, 3 : 3 + m].sum(axis=0) + known * off, cost + float(np.sum(known * off**2)),
+    )  # fmt: skip
+
+
+def _add(square: FloatArray, toward: FloatArray, rows: FloatArray, error: FloatArray, size: float) -> float:
+    """Add rows that should bring an error of this size to nothing; returns their cost."""
+    square += rows.T @ rows / size**2
+    toward += rows.T @ error / size**2
+    return float(error @ error) / size**2
+
+
+def _band(diagonal: FloatArray, beside: FloatArray) -> FloatArray:
+    """Lower band (6, 3 n) of a matrix with blocks (n, 3, 3) on and below its diagonal."""
+    n = len(diagonal)
+    column = np.concatenate([diagonal, beside], axis=1)  # (n, 6, 3): what stands below in each block column
+    band = np.zeros((6, n, 3))
+    for j in range(3):
+        band[: 6 - j, :, j] = column[:, j:, j].T
+    return band.reshape(6, 3 * n)

@@ -1,0 +1,77 @@
+"""Whole logs fitted free-running by joined windows: exact where the model is, and calm where the vessel is unstable."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import modulus_truth, trials_of
+
+from identify.base_fit import (
+    fit_from_scratch,
+    free_running_misfit,
+    joined_from_simple,
+    lean_structure,
+    regression_start,
+)
+from identify.joined import JUMPS, chain_of, join, spreads
+from identify.prepare import prepare
+
+
+@cache
+def sample(model="modulus"):
+    vessel, trials = trials_of("catamaran", ("zigzag", "random", "zigzag10"), 60.0, 5)
+    return vessel, prepare(trials, model)
+
+
+def test_a_free_run_over_whole_logs_finds_the_truth():
+    vessel, prepared = sample()
+    p, prior = regression_start(prepared.structure, prepared.identify)
+    found = join(chain_of(prepared.structure, prepared.identify), p, prior)
+    assert found is not None
+    truth = modulus_truth(vessel)
+    slots = prepared.structure.slots
+    gain = next(k for k, s in enumerate(slots) if s.term is not None and s.term.text == "T:thruster")
+    assert found.p[gain] == pytest.approx(truth["u", "T:thruster"], rel=0.05)
+    assert found.cost < 0.05 * sum(s.steps for s in prepared.identify)
+
+
+def test_firmer_joints_leave_smaller_jumps():
+    _, prepared = sample()
+    p, prior = regression_start(prepared.structure, prepared.identify)
+    chain = chain_of(prepared.structure, prepared.identify)
+    loose, firm = (join(chain, p, prior, jumps=j) for j in (JUMPS[:1], JUMPS))
+    assert loose is not None and firm is not None
+    assert firm.cost > loose.cost  # the same errors with less freedom
+    assert len(firm.first) == len(chain.pieces)
+
+
+def test_stretches_can_be_left_out():
+    _, prepared = sample()
+    chain = chain_of(prepared.structure, prepared.identify)
+    rest = chain.without({0})
+    assert {w.stretch for w in rest.pieces} == set(range(1, len(prepared.identify)))
+    p, prior = regression_start(prepared.structure, prepared.identify)
+    assert join(rest, p, prior, jumps=(1e-1,)) is not None
+
+
+def test_a_quiet_log_does_not_count_for_more_than_it_can_tell():
+    _, prepared = sample()
+    own = np.array([s.states[:, 3:6].std(axis=0) for s in prepared.identify])
+    assert (spreads(prepared.identify) >= own).all()
+
+
+def test_where_a_model_lacks_much_the_joined_fit_predicts_better_than_windows():
+    _, prepared = sample("linear")
+    windows = fit_from_scratch(prepared.structure, prepared.identify)
+    found = joined_from_simple(prepared.structure, prepared.identify)
+    assert found is not None
+    joined = type(windows)(
+        windows.problem, windows.prior, type(windows.solution)(**{**vars(windows.solution), "p": found.p})
+    )
+    assert free_running_misfit(joined) < free_running_misfit(windows)
+
+
+def test_vessels_without_rudder_have_no_lean_model():
+    assert lean_structure(sample()[1].structure) is None
