@@ -55,7 +55,8 @@ def coefficients() -> dict[tuple[str, str], float]:
     return found
 
 
-def _plant(u: float, v: float, r: float, delta: float, n: float) -> tuple[float, float, float]:
+def accelerations(u: float, v: float, r: float, delta: float, n: float) -> tuple[float, float, float]:
+    """Rates of u, v, r."""
     av, ar, flow = abs(v), abs(r), abs(u) * u
     x = (X_U + X_UU * abs(u) + X_UUU * u * u) * u + M22 * v * r + M23 * r * r
     x += 2 * (THRUST * abs(n) * n - THRUST_LOSS * abs(n) * u)
@@ -75,7 +76,7 @@ def sensed(noise: float) -> Sensed:
 def _steps(duration: float, lasting: float, rudders: FloatArray, turns: FloatArray, speed: float) -> Record:
     times = np.arange(0.0, duration, lasting)
     helm = steps(times, rudders[: len(times)], turns[: len(times)])
-    return run(_plant, helm, duration, step=STEP, speed=speed, rates=RATES)
+    return run(accelerations, helm, duration, step=STEP, speed=speed, rates=RATES)
 
 
 def surge_training(duration: float = 300.0) -> Record:
@@ -92,7 +93,7 @@ def surge_training(duration: float = 300.0) -> Record:
         rate, before[0] = (seen - before[0]) / STEP, seen
         return float(np.clip(0.5 * seen + 3.0 * rate, -0.6, 0.6)), float(turns[int(t / 10.0 + 1e-9)])
 
-    return run(_plant, helm, duration, step=STEP, speed=0.2, rates=RATES, yaw=0.02)
+    return run(accelerations, helm, duration, step=STEP, speed=0.2, rates=RATES, yaw=0.02)
 
 
 def surge_prbs(duration: float = 300.0) -> Record:
@@ -109,7 +110,7 @@ def surge_levels() -> Record:
 
 def zigzag_training(duration: float = 300.0) -> Record:
     """Zigzag 20/20 at 20 per second (figure 6)."""
-    return run(_plant, zigzag(20.0, 20.0, 20.0), duration, step=STEP, speed=0.67, rates=RATES)
+    return run(accelerations, zigzag(20.0, 20.0, 20.0), duration, step=STEP, speed=0.67, rates=RATES)
 
 
 def rudder_prbs(duration: float = 300.0) -> Record:

@@ -2,8 +2,8 @@
 
 What the paper leaves out, and what is assumed: 200 s at 0.1 s; the propeller at the revolutions that hold
 1.179 m/s; rudder at 15.8 deg/s; C = 1e4 of columns of unit size, or 1e2 of columns as they come ("as printed": with U
-fixed and the rudder in degrees, as table 4 has them), C_b = 1; bandwidths from 0.5 rad/s (more for quicker ships) over a
-range of 6 (κ = 3); the fitness searched is the free-running error on the training data;
+fixed and the rudder in degrees, as table 4 has them), C_b = 1; bandwidths from 0.5 rad/s (more for quicker ships) over
+a range of 6 (κ = 3); the fitness searched is the free-running error on the training data;
 the disturbance of eq. 35 is added to the measured states. Every method is scored by its free run against the
 undisturbed truth of the same manoeuvre: u + v + L r, the tables' fitness (eq. 29 prints u + v + r).
 

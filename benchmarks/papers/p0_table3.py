@@ -6,7 +6,7 @@ python -m benchmarks.papers.p0_table3 [--seeds 5] [--quick]
 from __future__ import annotations
 
 from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, show
-from benchmarks.papers.report import command_line
+from benchmarks.papers.report import chosen_of, command_line
 
 PRINTED: dict[float, Printed] = {
     10.0: {
@@ -30,7 +30,7 @@ PRINTED: dict[float, Printed] = {
 def main() -> None:
     chosen = command_line(__doc__)
     duration = 60.0 if chosen.quick else 200.0
-    for angle, printed in PRINTED.items():
+    for angle, printed in chosen_of(PRINTED, chosen):
         title = f"zigzag {angle:.0f}/{angle:.0f}"
         show(title, lambda _, a=angle: clean(a, duration), printed, chosen.seeds, methods=ALL_METHODS)
 

@@ -8,7 +8,7 @@ python -m benchmarks.papers.p0_table5 [--seeds 5] [--quick]
 from __future__ import annotations
 
 from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, disturbed, show
-from benchmarks.papers.report import command_line
+from benchmarks.papers.report import chosen_of, command_line
 
 PRINTED: dict[float, Printed] = {
     0.01: {
@@ -27,7 +27,7 @@ PRINTED: dict[float, Printed] = {
 def main() -> None:
     chosen = command_line(__doc__)
     truth = clean(30.0, 60.0 if chosen.quick else 200.0)
-    for level, printed in PRINTED.items():
+    for level, printed in chosen_of(PRINTED, chosen):
         show(
             f"f = {level}",
             lambda s, f=level: disturbed(truth, f, s),

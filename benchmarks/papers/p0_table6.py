@@ -6,7 +6,7 @@ python -m benchmarks.papers.p0_table6 [--seeds 5] [--quick]
 from __future__ import annotations
 
 from benchmarks.papers.p0 import ALL_METHODS, Printed, clean, show, thinned
-from benchmarks.papers.report import command_line
+from benchmarks.papers.report import chosen_of, command_line
 
 PRINTED: dict[float, Printed] = {
     0.1: {
@@ -30,7 +30,7 @@ PRINTED: dict[float, Printed] = {
 def main() -> None:
     chosen = command_line(__doc__)
     truth = clean(30.0, 60.0 if chosen.quick else 200.0)
-    for share, printed in PRINTED.items():
+    for share, printed in chosen_of(PRINTED, chosen):
         title = f"{share:.0%} of the samples lost"
         show(title, lambda s, p=share: thinned(truth, p, s), printed, chosen.seeds, methods=ALL_METHODS)
 

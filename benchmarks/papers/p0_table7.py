@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from benchmarks.papers.azimuths import DELFIA, as_run
 from benchmarks.papers.p0 import Case, Printed, disturbed, show, thinned
-from benchmarks.papers.report import command_line
+from benchmarks.papers.report import chosen_of, command_line
 
 DISTURBED: dict[float, Printed] = {
     0.01: {
@@ -42,9 +42,9 @@ def main() -> None:
     chosen = command_line(__doc__)
     run = as_run(DELFIA.zigzag(50.0, 30.0 if chosen.quick else 60.0))
     truth = Case(run.t, run.states, run.delta, run, DELFIA.speed, DELFIA.length)
-    for level, printed in DISTURBED.items():
+    for level, printed in chosen_of(DISTURBED, chosen):
         show(f"f = {level}", lambda s, f=level: disturbed(truth, f, s), printed, chosen.seeds)
-    for share, printed in LOST.items():
+    for share, printed in chosen_of(LOST, chosen):
         show(
             f"{share:.0%} of the samples lost", lambda s, p=share: thinned(truth, p, s), printed, chosen.seeds
         )

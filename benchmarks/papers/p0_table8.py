@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.papers.azimuths import TITO_NERI, as_run, random_steering
 from benchmarks.papers.p0 import Case, Printed, fitness_of_roots, show
 from benchmarks.papers.record import Record
-from benchmarks.papers.report import command_line
+from benchmarks.papers.report import chosen_of, command_line
 
 PRINTED: dict[str, Printed] = {
     "zigzag": {"ABEL": (1.93e-2, 4.33e-3, 3.05e-3), "LSSVM": (1.97e-2, 8.71e-3, 1.81e-2)},
@@ -39,7 +39,7 @@ def main() -> None:
     chosen = command_line(__doc__)
     duration = 30.0 if chosen.quick else 90.0
     runs = [TITO_NERI.zigzag(20.0, duration), *(random_steering(TITO_NERI, duration, k) for k in (1, 2, 3))]
-    for (title, printed), record in zip(PRINTED.items(), runs, strict=True):
+    for (title, printed), record in zip(chosen_of(PRINTED, chosen), runs, strict=False):
         show(title, lambda s, r=record: measured(r, s), printed, chosen.seeds, fitness_of_roots)
 
 

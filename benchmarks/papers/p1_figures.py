@@ -1,9 +1,9 @@
 """Zhu et al. 2019, figures 6-12: time, error and parameters against the number of samples, container ship.
 
-    python -m benchmarks.papers.p1_figures [--seeds 1] [--quick]
+    python -m benchmarks.papers.p1_figures [--quick]
 
-MSE of the acceleration over the validation run. "one filter" sees both sides of the equation through one observer of 0.2
-rad/s, with C = 1e10. The paper reads off 350, 630 and 230 samples as enough for surge, sway and yaw.
+MSE of the acceleration over the validation run. "one filter" sees both sides of the equation through one observer of
+0.2 rad/s, with C = 1e10. The paper reads off 350, 630 and 230 samples as enough for surge, sway and yaw.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     python -m benchmarks.papers.p1_table2 [--seeds 5] [--quick]
 
-The last lines say over which range of C the training error (eq. 16) is within 1 % of its least: inside it, what a search
-finds says nothing of the ship.
+The last lines say over which range of C the training error (eq. 16) is within 1 % of its least: inside it, what a
+search finds says nothing of the ship.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     python -m benchmarks.papers.p2_table5 [--seeds 5] [--quick]
 
 The paper's K_R of 0.095 is 5.56 % off, not 5.23. The last lines of each ship compare output error with the Cramér-Rao
-bound over four times as many draws of the noise. NaN: the coefficients have no real time constants.
+bound over three times as many draws of the noise. NaN: the coefficients have no real time constants.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def main() -> None:
                     )
                     row(name, [spread(column, ".3g") for column in found.T], 34, 28)
             if not single:
-                compared_with_bound(ship, run, 2 if chosen.quick else 4 * chosen.seeds)
+                compared_with_bound(ship, run, 2 if chosen.quick else 3 * chosen.seeds)
 
 
 if __name__ == "__main__":

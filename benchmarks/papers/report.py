@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from identify.estimators.estimate import FloatArray
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 @dataclass(frozen=True)
@@ -16,6 +21,11 @@ class Options:
 
     seeds: int
     quick: bool
+
+
+def chosen_of(table: Mapping[K, V], options: Options) -> list[tuple[K, V]]:
+    """The parts of a table; of a quick look the first alone."""
+    return list(table.items())[: 1 if options.quick else None]
 
 
 def command_line(description: str | None, seeds: int = 5) -> Options:
