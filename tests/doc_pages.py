@@ -16,7 +16,7 @@ README = ROOT / "README.md"
 #: Every page that a person writes; the reference is made from the code.
 PAGES = sorted([README, *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "how-to").glob("*.md")])
 #: What a test cannot do: it would install, run every test, open a window, or wait for a device.
-NOT_RUN = ("make ", "seatrial view ", "seatrial capture ", "seatrial replay ")
+NOT_RUN = ("make ", "seatrial view ", "seatrial capture ", "seatrial replay trial.mcap --port")
 #: Vessel and format of the logs that a page finds in ``trials``.
 TRIALS = {
     "README": ("usv", "tlog"),
@@ -24,6 +24,7 @@ TRIALS = {
     "nmea2000": ("usv", "candump"),
     "ros2": ("tug", "mcap-joints"),
     "serial": ("usv", "nmea0183-epochs"),
+    "sail-and-identify": ("usv", "nmea0183"),
     "choose-a-model": ("usv", "tlog"),
     "read-a-verdict": ("usv", "tlog"),
 }

@@ -10,11 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from capture_samples import SCRIPT, capturing, ended
+from capture_samples import SCRIPT, capturing, ended, lines_until
 
 from benchmarks.bench_online import identified, offline
 from benchmarks.online_streams import as_port, recorded, sailed, turned, vessel_for, written
 from fixtures.effects import Effect, World
+from fixtures.sensors import Sensor, Suite
 from ingest import read_log
 from ingest.errors import CampaignError, UsageError
 from seatrial.campaign import load_campaign
@@ -240,15 +241,19 @@ def test_a_recorded_log_is_identified_by_replay(calm, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "identifying modulus" in done.stdout and "known to within half" in done.stdout
     assert json.loads(model.read_text())["model"] == "modulus"
-    assert run("simulate", model, "--manoeuvre", "circle").returncode == 0
+    assert run("simulate", model, "circle 35").returncode == 0
     assert state.is_file()
     assert run("replay", campaign.logs[0].file, "--state", state).returncode == 2
     assert run("replay", tmp_path / "none.nmea", "--campaign", campaign.path).returncode == 2
 
 
 @pytest.mark.slow
-def test_captured_through_a_port_it_is_identified_meanwhile(calm, tmp_path):
-    campaign, _, identifier, _ = calm
+def test_captured_through_a_port_it_is_identified_meanwhile(tmp_path):
+    # sensors so rough that the moments at which a busy machine sees the bytes do not matter
+    suite = Suite(Sensor(5.0, 0.2), Sensor(10.0, 0.04), Sensor(10.0, 0.03))
+    truth = sailed(vessel_for("usv", "nmea0183"), [(0.0, CALM)], 100.0, 5)
+    campaign = load_campaign(written(tmp_path / "trials", recorded(truth, 5, suite)))
+    identifier, _ = identified(campaign, read_log(campaign.logs[0].file))
     state, raw, out = tmp_path / "state.json", tmp_path / "raw.mcap", tmp_path / "trial.mcap"
     save(identifier, state)
     as_port(campaign.logs[0].file, raw)
@@ -257,16 +262,17 @@ def test_captured_through_a_port_it_is_identified_meanwhile(calm, tmp_path):
         time.sleep(0.05)
     words = ("--port", tmp_path / "gps", "--baud", 115200, "--campaign", campaign.path, "--state", state)
     with capturing(*words, "--out", out) as process:
-        time.sleep(35.0)
-        summary, said = ended(process)
+        begun = lines_until(process, "identifying modulus", 60.0)
+        time.sleep(24.0)
+        summary, _ = ended(process)
     player.terminate()
     player.wait()
     assert process.returncode == 0
-    assert "going on from state.json" in said and "on line: modulus" in summary
+    assert "going on from state.json" in begun and "on line: modulus" in summary
     log = read_log(out)
     assert {f"/online/{t}" for t in ("parameters", "errors", "monitor", "motion")} <= set(log.tables)
     errors = log.tables["/online/errors"]
-    assert len(errors) > 15
+    assert len(errors) > 12
     assert np.nanmedian(errors["ten_seconds_distance"]) < 1.0
     assert not math.isnan(log.tables["/online/parameters"].iloc[-1, 0])
     assert (tmp_path / "trial.model.json").is_file()
