@@ -26,6 +26,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 SHORT, LONG = 8.0, 30.0
 #: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
 FAR = 3.0
+#: Below this cost per degree of freedom a model is at the noise.
+NEAR = 1.2
 #: The model that leads others into a good valley: few terms, of which most models have some.
 LEAN = "blanke"
 #: Jumps between windows where a search begins from another model's solution.
@@ -219,6 +221,25 @@ def _with(fitted: Fitted, p: FloatArray) -> Fitted:
     """The same problem with these parameters, or as it was where they run away in its windows."""
     solution = fit_states(fitted.problem, fitted.solution.structure, p)
     return replace(fitted, solution=solution) if np.isfinite(solution.cost) else fitted
+
+
+def over_whole_logs(fitted: Fitted) -> Fitted:
+    """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
+
+    Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not
+    be fitted as well as the windows were, the model lacks something, and the fit stays as it was.
+    """
+    if fitted.chi2_per_dof > NEAR or len(fitted.problem.windows) == len(fitted.problem.stretches):
+        return fitted
+    problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
+    structure, first = fitted.solution.structure, first_states(problem)
+    solution = solve(problem, structure, fitted.solution.p, first, fitted.prior, budget=15)
+    if not np.isfinite(solution.cost):
+        return fitted
+    problem = calibrated(problem, solution)
+    solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
+    whole = Fitted(problem, fitted.prior, solution)
+    return whole if whole.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
 
 
 def free_running_misfit(fitted: Fitted) -> float:

@@ -9,14 +9,17 @@ import pytest
 from identification_samples import modulus_truth, trials_of
 
 from identify.base_fit import (
+    fit_declared,
     fit_from_scratch,
     free_running_misfit,
     joined_from_simple,
     lean_structure,
+    over_whole_logs,
     regression_start,
 )
 from identify.joined import JUMPS, chain_of, join, spreads
 from identify.prepare import prepare
+from identify.report_fit import covariance_of
 
 
 @cache
@@ -75,3 +78,20 @@ def test_where_a_model_lacks_much_the_joined_fit_predicts_better_than_windows():
 
 def test_vessels_without_rudder_have_no_lean_model():
     assert lean_structure(sample()[1].structure) is None
+
+
+def test_whole_logs_tell_more_than_windows_where_the_model_is_exact():
+    _, prepared = sample()
+    windows = fit_declared(prepared)
+    whole = over_whole_logs(windows)
+    assert len(whole.problem.windows) == len(prepared.identify)
+    assert whole.chi2_per_dof == pytest.approx(1.0, abs=0.1)
+    sharper = np.sqrt(np.diag(covariance_of(whole)) / np.diag(covariance_of(windows)))
+    assert np.median(sharper) < 0.95
+
+
+def test_whole_logs_are_left_alone_where_the_model_lacks_something():
+    fitted = fit_from_scratch(
+        sample("linear")[1].structure, sample("linear")[1].identify, length=8.0, rounds=0
+    )
+    assert over_whole_logs(fitted) is fitted

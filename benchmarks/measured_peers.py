@@ -1,0 +1,123 @@
+"""Peers on the runs of ``bench_measured``, in an environment of their own: ``python measured_peers.py RUNS OUT``.
+
+RUNS is an ``.npz`` with, per run k, ``h``, ``states_k`` (n, 3) of u, v, r, ``inputs_k`` (n, m) and ``identify_k``; OUT
+gets ``PEER/k`` (n, 3), predicted free-running from the first state, and ``PEER/error`` where a peer did not run.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+Runs = list[tuple[Any, Any, bool]]
+#: States beyond this many spreads have run away.
+FAR = 30.0
+
+
+def load(path: str) -> tuple[float, Runs]:
+    """Step and runs: states, inputs, whether to identify on it."""
+    data = np.load(path)
+    count = sum(name.startswith("states_") for name in data)
+    runs = [(data[f"states_{k}"], data[f"inputs_{k}"], bool(data[f"identify_{k}"])) for k in range(count)]
+    return float(data["h"]), runs
+
+
+def pysindy_runs(h: float, runs: Runs) -> list[Any]:
+    """Sparse polynomial of third degree in u, v, r and the rudder (STLSQ), slopes of smoothed states, Runge-Kutta."""
+    import pysindy
+
+    mean, spread = _scales(runs)
+    model = pysindy.SINDy(
+        optimizer=pysindy.STLSQ(threshold=1e-3, alpha=1e-3, normalize_columns=True),
+        feature_library=pysindy.PolynomialLibrary(degree=3),
+        differentiation_method=pysindy.SmoothedFiniteDifference(),
+    )
+    train = [((x - mean) / spread, d) for x, d, used in runs if used]
+    model.fit([x for x, _ in train], t=h, u=[d for _, d in train])
+
+    def rate(x: Any, d: Any) -> Any:
+        return np.asarray(model.predict(x[None], u=d[None]))[0]
+
+    return [_runge_kutta(rate, (x[0] - mean) / spread, d, h, len(x)) * spread + mean for x, d, _ in runs]
+
+
+def sysidentpy_runs(h: float, runs: Runs) -> list[Any]:
+    """Polynomial NARX of second degree, orthogonal least squares with error reduction ratio, one equation per state."""
+    del h
+    from sysidentpy.basis_function import Polynomial
+    from sysidentpy.model_structure_selection import FROLS
+
+    mean, spread = _scales(runs)
+    scaled = [((x - mean) / spread, d, used) for x, d, used in runs]
+    predicted = [np.empty_like(x) for x, _, _ in runs]
+    for k in range(3):
+        model = FROLS(
+            order_selection=True,
+            n_info_values=15,
+            ylag=2,
+            xlag=[[1, 2]] * 3,
+            basis_function=Polynomial(degree=2),
+        )
+        train = [(x, d) for x, d, used in scaled if used]
+        others = [j for j in range(3) if j != k]
+        x = np.vstack([np.column_stack([s[:, others], d]) for s, d in train])
+        model.fit(X=x, y=np.concatenate([s[:, k] for s, _ in train])[:, None])
+        for out, (s, d, _) in zip(predicted, scaled, strict=True):
+            given = np.column_stack([s[:, others], d])
+            out[:, k] = model.predict(X=given, y=s[:2, [k]])[:, 0] * spread[k] + mean[k]
+    return predicted
+
+
+def vessel_manoeuvring_models_runs(h: float, runs: Runs) -> list[Any]:
+    """Its Abkowitz model by regression; only whether it can be had is told here."""
+    import vessel_manoeuvring_models  # noqa: F401
+
+    raise NotImplementedError(
+        "installed, but it reads its own project's files and offers no fit to given arrays"
+    )
+
+
+def _scales(runs: Runs) -> tuple[Any, Any]:
+    stacked = np.vstack([x for x, _, used in runs if used])
+    return stacked.mean(axis=0), stacked.std(axis=0)
+
+
+def _runge_kutta(rate: Callable[[Any, Any], Any], x: Any, inputs: Any, h: float, count: int) -> Any:
+    out = np.full((count, 3), np.nan)
+    out[0] = x
+    for k in range(count - 1):
+        middle = 0.5 * (inputs[k] + inputs[k + 1])
+        k1 = rate(x, inputs[k])
+        k2 = rate(x + 0.5 * h * k1, middle)
+        k3 = rate(x + 0.5 * h * k2, middle)
+        x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rate(x + h * k3, inputs[k + 1]))
+        if not np.abs(x).max() < FAR:
+            break
+        out[k + 1] = x
+    return out
+
+
+PEERS: dict[str, Callable[[float, Runs], list[Any]]] = {
+    "pysindy": pysindy_runs,
+    "sysidentpy (others given)": sysidentpy_runs,
+    "vessel-manoeuvring-models": vessel_manoeuvring_models_runs,
+}
+
+
+def main(source: str, target: str) -> None:
+    """Run all peers."""
+    h, runs = load(source)
+    found: dict[str, Any] = {}
+    for name, peer in PEERS.items():
+        try:
+            found |= {f"{name}/{k}": x for k, x in enumerate(peer(h, runs))}
+        except (ImportError, NotImplementedError, ValueError, TypeError, AttributeError) as error:
+            found[f"{name}/error"] = np.array(f"{type(error).__name__}: {error}"[:160])
+    np.savez(target, **found)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])
