@@ -1,0 +1,149 @@
+"""What can go wrong in a capture: killed at any instant, its clock set, its helpers gone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from capture_samples import Device, capturing, ended, lines_until, raw_bytes
+
+from benchmarks.serial_line import block_of, nmea_record
+from ingest import read_log
+from ingest.errors import DataError
+from seatrial.capture.playback import recorded_ports
+from seatrial.capture.recovery import recover
+from seatrial.capture.session import Session
+from seatrial.capture.settings import CaptureSettings, PortSettings, Protocol
+
+CAMPAIGN = """[vessel]
+name = "Survey 40"
+length = 4.0
+beam = 1.6
+
+[inputs.rudder]
+kind = "rudder"
+
+[model]
+name = "modulus"
+"""
+
+
+@pytest.fixture
+def device(tmp_path):
+    made = Device(tmp_path / "gps")
+    yield made
+    with contextlib.suppress(OSError):
+        os.close(made.master)
+
+
+def children(pid: int) -> list[int]:
+    """Processes that a capture has begun, the oldest first; the tracker of shared memory is none of them."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [int(c) for c in found if b"spawn_main" in Path(f"/proc/{c}/cmdline").read_bytes()]
+
+
+@pytest.mark.parametrize("instant", [0.03, 0.45, 0.77, 1.3])
+def test_killed_at_any_instant_rotating_or_not(device, tmp_path, instant):
+    out = tmp_path / "k.mcap"
+    with capturing("--port", device.link, "--baud", 115200, "--out", out, "--rotate-size", 0.004) as process:
+        device.wait_for_reader()
+        sent, began = [], time.monotonic()
+        while time.monotonic() < began + instant:
+            device.write(nmea_record(len(sent)))
+            sent.append((time.monotonic(), device.sent))
+            time.sleep(0.01)
+        killed = time.monotonic()
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    safe = max((total for at, total in sent if at < killed - 0.5), default=0)
+    files = sorted(tmp_path.glob("k-*.mcap"))
+    kept = b""
+    for file in files:
+        with contextlib.suppress(DataError):  # a file that was begun at that instant may hold nothing yet
+            kept += recorded_ports(recover(file).path)[0].data
+    whole = b"".join(nmea_record(i) for i in range(len(sent)))
+    assert len(kept) >= safe
+    assert whole.startswith(kept)
+    assert len(files) > 1 or instant < 1.0
+
+
+def test_a_clock_that_is_set_is_told_and_the_record_goes_on(device, tmp_path, monkeypatch):
+    port = PortSettings(str(device.link), 115200, Protocol.nmea, "gps")
+    said, stop = [], threading.Event()
+    settings = CaptureSettings((port,), tmp_path / "c.mcap", decode=False)
+    session = Session(settings, lambda event: said.append(event.line()))
+    runner = threading.Thread(target=session.run, args=(stop,))
+    runner.start()
+    device.wait_for_reader()
+    real = time.time_ns
+    for i in range(60):
+        if i == 30:
+            monkeypatch.setattr(time, "time_ns", lambda: real() - 7_200_000_000_000)
+        device.write(nmea_record(i))
+        time.sleep(0.04)
+    stop.set()
+    runner.join(10.0)
+    assert [line for line in said if "clock was set by -7200" in line]
+    recorded = recorded_ports(tmp_path / "c.mcap")[0]
+    assert recorded.data == b"".join(nmea_record(i) for i in range(60))
+    steps = recorded.times[1:] - recorded.times[:-1]
+    assert (steps >= 0).all() and steps.max() < 1_000_000_000
+
+
+def test_decoders_that_die_cost_no_byte(device, tmp_path):
+    out = tmp_path / "d.mcap"
+    with capturing("--port", device.link, "--baud", 115200, "--out", out) as process:
+        talking = device.talk(block_of("nmea", 1 << 14), 4.0)
+        lines_until(process, "speaks NMEA", 20.0)
+        os.kill(children(process.pid)[-1], signal.SIGKILL)
+        lines_until(process, "the bytes of all ports are still kept", 10.0)
+        talking.join()
+        time.sleep(0.3)
+        ended(process)
+    assert len(raw_bytes(out)["/raw/gps"]) == device.sent > 20_000
+
+
+def test_an_identification_that_dies_costs_no_byte_and_no_record(device, tmp_path):
+    campaign, out = tmp_path / "campaign.toml", tmp_path / "i.mcap"
+    campaign.write_text(CAMPAIGN, encoding="utf-8")
+    words = ("--port", device.link, "--baud", 115200, "--out", out, "--campaign", campaign)
+    with capturing(*words) as process:
+        talking = device.talk(block_of("nmea", 1 << 14), 5.0)
+        lines_until(process, "speaks NMEA", 20.0)
+        os.kill(children(process.pid)[0], signal.SIGKILL)
+        lines_until(process, "the identification has ended unexpectedly", 10.0)
+        talking.join()
+        time.sleep(0.3)
+        summary, _ = ended(process)
+    assert process.returncode == 0
+    assert "did not come to its end" in summary
+    assert len(raw_bytes(out)["/raw/gps"]) == device.sent > 20_000
+    assert "not decoded" not in summary
+    assert len(read_log(out).tables["HDT"]) > 100
+
+
+@pytest.mark.parametrize(
+    ("text", "status", "expected"),
+    [
+        (CAMPAIGN.replace("modulus", "modulos"), 2, "modulus"),
+        (CAMPAIGN.replace("modulus", "nomoto1"), 2, "cannot be identified on line"),
+        (None, 2, "is not there"),
+    ],
+)
+def test_a_wrong_campaign_is_said_before_anything_begins(device, tmp_path, text, status, expected, capsys):
+    from seatrial.__main__ import main
+
+    campaign, out = tmp_path / "campaign.toml", tmp_path / "w.mcap"
+    if text is not None:
+        campaign.write_text(text, encoding="utf-8")
+    words = ["--port", str(device.link), "--baud", "9600", "--out", str(out), "--campaign", str(campaign)]
+    with pytest.raises(SystemExit) as exit_:
+        main(["capture", *words])
+    assert exit_.value.code == status
+    assert expected in " ".join(capsys.readouterr().err.split())
+    assert not out.exists()
