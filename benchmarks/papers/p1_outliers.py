@@ -97,9 +97,10 @@ def main() -> None:
     length = 60 if chosen.quick else 300
     training, test = zigzag(10.0, length, hertz=RATE), zigzag(25.0, length, hertz=RATE)
     print(
-        f"MSE of the free run on 25/25, median of {chosen.seeds} draws; in brackets relative to no outliers"
+        f"MSE of the free run on 25/25, median of {chosen.seeds} draws; in brackets relative to no outliers,"
     )
-    row("", [f"{name}, {share:.0%}" for name in ("sway m²/s²", "yaw deg²/s²") for share in SHARES], 20)
+    print("against the truth, and against data with the noise but without outliers")
+    row("", [f"{name}, {share:.0%}" for name in ("sway m²/s²", "yaw deg²/s²") for share in SHARES], 26)
     for name, predict in predictions(test).items():
         found = np.array([
             [
@@ -109,7 +110,13 @@ def main() -> None:
             for share in SHARES
         ])  # fmt: skip
         middle = np.median(np.nan_to_num(found, nan=np.inf), axis=1) * [1.0, np.degrees(1.0) ** 2]
-        row(name, [f"{e:.2e} ({e / column[0]:.2f})" for column in middle.T for e in column], 20)
+        noise = (NOISE * [1.0, np.degrees(1.0)]) ** 2
+        cells = [
+            f"{e:.2e} ({e / column[0]:.2f}, {(e + n) / (column[0] + n):.2f})"
+            for column, n in zip(middle.T, noise, strict=True)
+            for e in column
+        ]
+        row(name, cells, 26)
 
 
 if __name__ == "__main__":

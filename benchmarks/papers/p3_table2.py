@@ -19,16 +19,16 @@ PRINTED = {
 
 def main() -> None:
     seeds, methods, duration = surge_only(__doc__)
-    row("", list(NAMES), 32)
+    row("", list(NAMES), 44)
     for name, values in PRINTED.items():
-        row(name, [f"{x:.4g}" for x in values], 32)
-    row("Skjetne et al. 2004", [f"{true_numbers()[k]:.4g}" for k in NAMES], 32)
+        row(name, [f"{x:.4g}" for x in values], 44)
+    row("Skjetne et al. 2004", [f"{true_numbers()[k]:.4g}" for k in NAMES], 44)
     for noise in (0.0, NOISE):
         print(f"noise {noise} m/s and rad/s")
         for name, method in methods.items():
             draws = range(seeds if noise else 1)
             found = [numbered(method(data(noise, s, duration), s)) for s in draws]
-            row(name, [spread(np.array([f[k] for f in found])) for k in NAMES], 32)
+            row(name, [spread(np.array([f[k] for f in found])) for k in NAMES], 44)
 
 
 if __name__ == "__main__":

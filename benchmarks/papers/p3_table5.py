@@ -35,10 +35,10 @@ def main() -> None:
         known = [uncertainties(f) for f in fits["output error"]]
         print(f"\nnoise {noise} m/s and rad/s")
         print(
-            f"{'':6}{'paper LS':>11}{'paper ACO':>11}{'published':>11}" + "".join(f"{n:>32}" for n in methods)
+            f"{'':6}{'paper LS':>11}{'paper ACO':>11}{'published':>11}" + "".join(f"{n:>44}" for n in methods)
         )
         for k in NUMBERED:
-            paper = [f"{x:.4g}" for x in PRINTED.get(k, (np.nan, np.nan))]
+            paper = [f"{x:.4g}" if np.isfinite(x) else "-" for x in PRINTED.get(k, (np.nan, np.nan))]
             error = float(np.median([e[k] for e in known])) if noise else 0.0
             cells = [spread(np.array([n[k] for n in found])) for found in numbers.values()]
             note = (
@@ -47,7 +47,7 @@ def main() -> None:
                 else ""
             )
             print(f"{k:6}" + "".join(f"{x:>11}" for x in (*paper, f"{true_numbers()[k]:.4g}"))
-                  + "".join(f"{c:>32}" for c in cells) + note, flush=True)  # fmt: skip
+                  + "".join(f"{c:>44}" for c in cells) + note, flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":
