@@ -72,11 +72,12 @@ def sysidentpy_runs(h: float, runs: Runs) -> list[Any]:
 
 
 def vessel_manoeuvring_models_runs(h: float, runs: Runs) -> list[Any]:
-    """Its Abkowitz model by regression; only whether it can be had is told here."""
-    import vessel_manoeuvring_models  # noqa: F401
+    """Not run yet: only whether its regression can be imported is told."""
+    del h, runs
+    from vessel_manoeuvring_models.models.regression import Regression
 
     raise NotImplementedError(
-        "installed, but it reads its own project's files and offers no fit to given arrays"
+        f"{Regression.__name__} wants added masses and particulars that nobody declared here"
     )
 
 

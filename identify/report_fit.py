@@ -9,7 +9,7 @@ import numpy as np
 from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
-from identify.output_error import reduce
+from identify.kernel import NX
 from identify.physical import physical_notes
 from identify.prepare import Prepared
 from identify.structure import Slot, Structure
@@ -23,19 +23,28 @@ LARGEST_ERROR = 0.5
 
 
 def covariance_of(fitted: Fitted) -> FloatArray:
-    """Covariance (np, np) of all parameters, errors weighted as they are correlated."""
-    information = dispersed_information(fitted)
+    """Covariance (np, np) of all parameters, with errors as they are correlated (a sandwich).
+
+    The fit weighs every stream by the size of its errors; their slow part counts more than white noise of that size
+    would. Between two inverses of the information stands what the scores vary by.
+    """
+    problem, solution = fitted.problem, fitted.solution
+    known = state_precision(solution.structure)
+    counted = replace(problem, inflation=problem.inflation / problem.dispersion)
+    p, first = solution.p, solution.first
+    plain, varied = (
+        moments(q, solution.structure, p, first).matrices[:, :-1, :-1] for q in (problem, counted)
+    )
+    prior = np.diag(1.0 / fitted.prior.sd**2)
+    states = plain[:, :NX, :NX] + np.diag(known)
+    slope = np.linalg.solve(states, plain[:, :NX, NX:])
+    through = np.concatenate([-slope, np.broadcast_to(np.eye(len(p)), (len(slope), len(p), len(p)))], axis=1)
+    varied[:, range(NX), range(NX)] += known
+    information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
+    spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12)
-    return np.asarray(inverse * scale * scale[:, None], dtype=float)
-
-
-def dispersed_information(fitted: Fitted) -> FloatArray:
-    """Information (np, np) with every stream's errors counted as they are at low frequency."""
-    problem, solution = fitted.problem.dispersed, fitted.solution
-    now = moments(problem, solution.structure, solution.p, solution.first)
-    reduced = reduce(now.matrices, solution.first, solution.first, state_precision(solution.structure))
-    return np.asarray(reduced.information.sum(axis=0) + np.diag(1.0 / fitted.prior.sd**2), dtype=float)
+    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
+    return np.asarray(inverse @ spread @ inverse, dtype=float)
 
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -95,3 +96,17 @@ def test_whole_logs_are_left_alone_where_the_model_lacks_something():
         sample("linear")[1].structure, sample("linear")[1].identify, length=8.0, rounds=0
     )
     assert over_whole_logs(fitted) is fitted
+
+
+def test_slow_errors_widen_the_intervals_but_not_beyond_what_all_streams_would_give():
+    windows = fit_declared(sample()[1])
+    slow = replace(windows.problem, dispersion=np.array([3.0, 1.0, 1.0, 1.0]))
+    every = replace(windows.problem, dispersion=np.full(4, 3.0))
+    plain, some, all_ = (
+        np.diag(covariance_of(replace(windows, problem=q)))[:-1]
+        for q in (replace(windows.problem, dispersion=np.ones(4)), slow, every)
+    )
+    assert (some >= plain * (1 - 1e-9)).all()
+    assert some.max() / plain[some.argmax()] > 1.0
+    assert (all_ >= some * (1 - 1e-9)).all()
+    assert np.median(all_ / plain) == pytest.approx(9.0, rel=0.1)
