@@ -19,7 +19,7 @@ class Case:
     peer_name : str
         What the peer does, for the table.
     target : float
-        Least ratio of speeds.
+        Least ratio of speeds; 0 where none is asked for.
     make : callable
         ``make(folder, scale) -> Path``: write a log; ``scale`` 1 takes the peer some ten seconds.
     ours, peer : callable

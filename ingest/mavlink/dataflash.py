@@ -161,16 +161,13 @@ def decode(
     topics: Collection[str] | None,
 ) -> dict[str, pd.DataFrame]:
     """One table per name and instance: ``GPS``, and ``GPS[1]`` for the next instance."""
-    from ingest.mavlink.wind import with_wind
-
     tables: dict[str, pd.DataFrame] = {}
     for layout, rows in by_format(records, formats):
         if topics is not None and not wanted(layout.name, topics):
             continue
         for topic, number, which in by_instance(data, records.start, rows, layout):
             bodies = rows_of(data, records.start[which], layout.dtype)
-            part = with_wind(topic, table_of(layout, bodies, t_ns[which], number))
-            tables[topic] = joined(tables.get(topic), part)
+            tables[topic] = joined(tables.get(topic), table_of(layout, bodies, t_ns[which], number))
     return tables
 
 

@@ -41,8 +41,6 @@ RULES: tuple[Rule, ...] = (
     Rule("velocity", FILTER, {"north": "VN", "east": "VE"}, "m/s", 40),
     Rule("wind", "WIND", {"speed": "SpdT", "direction": "DirT"}, "deg", 50, WIND_TRUE),
     Rule("wind", "WIND", {"speed": "SpdA", "direction": "DirA"}, "deg", 45, WIND_RELATIVE),
-    Rule("wind", r"(XKF2|NKF2|EKF2)(\[\d+\])?", {"speed": "wind_speed", "direction": "wind_from_deg"}, "deg", 35,
-         WIND_TRUE),
     Rule("depth", r"DPTH(\[\d+\])?", {"value": "Depth"}, "m", 50),
     Rule("depth", r"RFND(\[\d+\])?", {"value": "Dist"}, "m", 40, {"quality": "Orient", "quality_in": (25,)}),
 )  # fmt: skip

@@ -37,7 +37,6 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     from ingest.mavlink.dataflash_clock import utc_of_zero
     from ingest.mavlink.dataflash_rules import RULES, with_accuracy
     from ingest.mavlink.text_lines import find_lines
-    from ingest.mavlink.wind import with_wind
 
     lines = find_lines(data)
     groups = grouped(data, lines)
@@ -51,7 +50,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     formats = meant(whole, formats)
     times = timeline(whole, groups, formats, len(lines))
     tables = {
-        topic: with_wind(topic, table)
+        topic: table
         for name, frame in whole.items()
         if options.topics is None or wanted(name, options.topics)
         for topic, table in by_instance(formats[name], with_time(frame, times)).items()

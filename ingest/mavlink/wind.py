@@ -11,7 +11,6 @@ import pandas as pd
 VELOCITIES: tuple[tuple[str, str, str], ...] = (
     ("WIND_COV", "wind_x", "wind_y"),
     (r"(wind|wind_estimate)(\[\d+\])?", "windspeed_north", "windspeed_east"),
-    (r"(XKF2|NKF2|EKF2)(\[\d+\])?", "VWN", "VWE"),
 )
 SPEED, FROM = "wind_speed", "wind_from_deg"
 
