@@ -10,18 +10,8 @@ from hypothesis import strategies as st
 from benchmarks.online_streams import sailed, vessel_for
 from fixtures.effects import World
 from identify.effect import Setting
-from identify.online.horizon import (
-    Horizon,
-    Knowledge,
-    Noise,
-    duration,
-    estimate,
-    fitted_firsts,
-    nothing_known,
-    problem_of,
-    slid,
-    update,
-)
+from identify.online.horizon import Horizon, duration, estimate, fitted_firsts, problem_of, slid, update
+from identify.online.knowledge import Knowledge, Noise, nothing_known
 from identify.online.sequential import REFERENCE, Learned, monitor, score_of, threshold, watched
 from identify.online.surprise import DISTURBANCE, Surprise, ahead, surprise
 from identify.output_error import prior_for

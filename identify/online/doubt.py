@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from identify.noise import WILD
-from identify.online.horizon import Noise, fitted_firsts, problem_of, with_noise
+from identify.online.horizon import fitted_firsts, problem_of, with_noise
+from identify.online.knowledge import Noise
 from identify.stretch import Samples, Stretch
 from identify.structure import Structure
 from identify.windows import moments

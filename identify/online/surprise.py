@@ -15,7 +15,8 @@ import numpy as np
 from identify.drive import drive
 from identify.effect import Active, Effect, Setting, Variant
 from identify.kernel import NX
-from identify.online.horizon import Estimate, Horizon, Knowledge, Noise, problem_of, update
+from identify.online.horizon import Horizon, problem_of, update
+from identify.online.knowledge import Estimate, Knowledge, Noise
 from identify.output_error import Prior, reduce
 from identify.predict import run, shown, true_first_state
 from identify.stretch import Stretch

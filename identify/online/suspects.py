@@ -17,18 +17,8 @@ from scipy import stats
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.effects.propulsion import THRUST_ASYMMETRY, THRUSTERS
-from identify.online.horizon import (
-    Estimate,
-    Horizon,
-    Noise,
-    duration,
-    fitted_firsts,
-    nothing_known,
-    problem_of,
-    promised,
-    update,
-    with_noise,
-)
+from identify.online.horizon import Horizon, duration, fitted_firsts, problem_of, promised, update, with_noise
+from identify.online.knowledge import Estimate, Noise, nothing_known
 from identify.output_error import Prior, Stopped
 from identify.report_fit import fitted_effect
 from identify.stretch import Stretch

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import queue
 import signal
 import threading
 from collections import defaultdict, deque
@@ -14,12 +13,12 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
-from seatrial.capture.decoders import decoder_for
 from seatrial.capture.live_decoding import Outcome, PortDecoder
+from seatrial.capture.online_link import OnlineLink
 from seatrial.capture.settings import PortSettings
+from seatrial.capture.warm_decoders import warm_up
 
 if TYPE_CHECKING:
-    from seatrial.capture.decoders import Tables
     from seatrial.capture.live_view import LiveView
 
 #: Bytes that may wait for the decoders; what comes on top is kept but not decoded.
@@ -27,17 +26,8 @@ MOST_WAITING = 1 << 26
 #: Signals that end a capture: they are for its main process.
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
-#: Batches that may wait for the identification.
-MOST_BATCHES = 2000
 #: Bytes beyond which waiting batches are not taken together.
 MOST_AT_ONCE = 1 << 20
-#: A record of each protocol.
-EXAMPLES = {
-    "nmea": b"$HEHDT,10.0,T*1E\r\n$GPGGA,100000.00,5130.0000,N,00012.0000,E,4,12,0.8,5.0,M,45.0,M,,*63\r\n",
-    "mavlink": bytes.fromhex("fd0900000001010000000000000000020303510304cf2b"),
-    "slcan": b"T09F112248FF102700000000FC\r",
-    "imu": b"#YPR=12.5,-1.0,0.25\r\n" * 3,
-}
 #: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
 PROMPT, PATIENT = -10, 5
 #: The same of the decoders where somebody watches.
@@ -116,56 +106,6 @@ def _view(live: LiveWanted | None, ports: tuple[PortSettings, ...]) -> LiveView 
     from seatrial.capture.live_view import LiveView
 
     return LiveView.open(live, ports)
-
-
-def warm_up(ports: tuple[PortSettings, ...]) -> None:
-    """Load what the ports' decoders need before anything comes: the first record must not wait for it."""
-    wanted = {p.protocol.value for p in ports}
-    protocols = EXAMPLES if "auto" in wanted else wanted & EXAMPLES.keys()
-    for protocol in protocols:
-        decoder = decoder_for(protocol)
-        if decoder is not None:
-            decoder.feed([(0, EXAMPLES[protocol])])
-
-
-class OnlineLink:
-    """Hands decoded batches to the identification without waiting for it.
-
-    Attributes
-    ----------
-    left_out : int
-        Batches that there was no room for.
-    """
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._queue: queue.Queue[tuple[str, Tables] | None] = queue.Queue(MOST_BATCHES)
-        self.left_out = 0
-        self._thread = threading.Thread(target=self._send, daemon=True, name="online link")
-        self._thread.start()
-
-    def show(self, port: str, tables: Tables) -> None:
-        """Hand a batch over."""
-        try:
-            self._queue.put_nowait((port, tables))
-        except queue.Full:
-            self.left_out += 1
-
-    def close(self) -> None:
-        """Let what waits go, and say that it was all: the number of batches that were left out."""
-        with suppress(queue.Full):
-            self._queue.put(None, timeout=5.0)
-            self._thread.join(5.0)
-
-    def _send(self) -> None:
-        while True:
-            batch = self._queue.get()
-            try:
-                self._connection.send(batch if batch is not None else self.left_out)
-            except OSError:
-                return
-            if batch is None:
-                return
 
 
 class Inbox:

@@ -9,16 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identify.online.doubt import judged
-from identify.online.horizon import (
-    Estimate,
-    Horizon,
-    duration,
-    estimate,
-    recalibrated,
-    slid,
-    update,
-    with_window,
-)
+from identify.online.horizon import Horizon, duration, estimate, recalibrated, slid, update, with_window
+from identify.online.knowledge import Estimate
 from identify.online.sequential import Monitor, monitor, reset, watched
 from identify.online.surprise import Surprise, surprise
 from identify.online.suspects import Suspicion, suspects

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.online.horizon import Horizon, nothing_known
+from identify.online.horizon import Horizon
+from identify.online.knowledge import nothing_known
 from identify.online.surprise import ahead
 from identify.stretch import step_for
 from ingest.errors import DataError, SeatrialError

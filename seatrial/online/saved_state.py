@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.online.horizon import Horizon, Knowledge, Noise, slid
+from identify.online.horizon import Horizon, slid
+from identify.online.knowledge import Knowledge, Noise
 from identify.online.sequential import Learned
 from identify.output_error import Prior
 from identify.stretch import STREAMS

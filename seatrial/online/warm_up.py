@@ -14,7 +14,7 @@ from scipy import optimize
 
 from identify.base_fit import Fitted, fit_from_scratch, prepare_best, window_length
 from identify.choose_model import choose_model
-from identify.online.horizon import Noise
+from identify.online.knowledge import Noise
 from identify.output_error import Prior
 from identify.stretch import STREAMS
 from identify.structure import Structure
