@@ -95,7 +95,11 @@ def reduce(
     a[:, index, index] *= 1.0 + damping
     b = matrices[:, :NX, NX:-1]
     gx = matrices[:, :NX, -1] - (first - anchor) * known
-    solved = np.linalg.solve(a, np.concatenate([gx[:, :, None], b], axis=2))
+    scale = 1.0 / np.sqrt(np.maximum(a[:, index, index], 1e-300))
+    a *= scale[:, :, None] * scale[:, None, :]
+    a[:, index, index] += 1e-13
+    right = np.concatenate([gx[:, :, None], b], axis=2) * scale[:, :, None]
+    solved = np.linalg.solve(a, right) * scale[:, :, None]
     step, slope = solved[:, :, 0], solved[:, :, 1:]
     information = matrices[:, NX:-1, NX:-1] - np.swapaxes(b, 1, 2) @ slope
     score = matrices[:, NX:-1, -1] - np.einsum("wij,wi->wj", b, step)

@@ -13,7 +13,9 @@ from validate.loop import Outcome
 #: What is said where no manoeuvre would set two causes apart.
 NOTHING_SAILED = "no standard manoeuvre would; look at the vessel."
 
-_CHECK = {e.name: e.check for e in EFFECTS}
+_CHECK = {e.name: e.check for e in EFFECTS} | {
+    "waves": "Note the sea and the swell on the day; repeat a run in calm water, or on other courses to the waves."
+}
 
 
 def advice_for(

@@ -15,13 +15,17 @@ from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
-from validate.loop import HOPELESSLY_FAR, Outcome, search
+from validate.loop import Outcome, search
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
 from validate.verdict import diagnose, worse
 from validate.waves import find_waves
 
 Progress = Callable[[str, str, float], None]
+
+
+#: Above this cost per degree of freedom errors are those of another vessel: nothing narrow is looked for in them.
+TOO_FAR_FOR_WAVES = 1000.0
 
 
 def silent(stage: str, text: str, fraction: float) -> None:
@@ -72,7 +76,7 @@ def analyse(
         after = _rewired(prepared, outcome) if outcome.wiring else declared
         runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
         scored[1] = validation(prepared.structure, stretches, runs[1])
-    waves = find_waves(after) if loop and after.chi2_per_dof < HOPELESSLY_FAR else None
+    waves = find_waves(after) if loop and after.chi2_per_dof < TOO_FAR_FOR_WAVES else None
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
