@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from identify.simd import COMPILED
 from ingest.errors import UsageError, nearest
 from preprocess.vessel import Input, Vessel
 
@@ -134,7 +135,7 @@ def known_beforehand(vessel: Vessel) -> dict[str, float]:
     return {p.name: float(given[p.key[0]].get(p.key[1], p.usual)) for p in PARAMETERS}
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})  # type: ignore[untyped-decorator]
+@njit(**COMPILED)  # type: ignore[untyped-decorator]
 def flow(q: FloatArray, place: PlaceArray, constants: FloatArray, at: int) -> None:
     """Put thrust, F_N sin δ and F_N cos δ, all per mass, and their derivatives in ``q`` from place ``at`` on.
 

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from identify.flow import COLUMNS, RESULTS, flow
-from identify.simd import load, nearest, splat, store
+from identify.simd import COMPILED, INLINED, load, nearest, splat, store
 from identify.tape import ROW, Tape
 from identify.term import FACTORS
 
@@ -49,7 +49,7 @@ PART = np.array([-1.0, 0.0, 0.0, 1.0])
 WEIGHT = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q):
     """Fill ``q`` with every factor at velocities ``state`` (8,) = u, v, r, e1, e2 and heading ``psi``.
 
@@ -79,7 +79,7 @@ def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q)
             q[FLOW + k] = q[at + k * COLUMNS]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def accelerations(rows, steps, q):
     """Fill the products in ``q``, and return the five accelerations abreast."""
     left, right, single, base = steps.left, steps.right, steps.single, steps.base
@@ -106,7 +106,7 @@ def accelerations(rows, steps, q):
     return (a + b) + (c + d)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def cosine_and_sine(angle):
     """Cosine and sine of eight angles, to a few units in the last place up to thousands of turns."""
     k = nearest(angle * 0.15915494309189535)
@@ -190,7 +190,7 @@ def accelerations_at(
     return out[3:]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**COMPILED)
 def derivative(z, row, part, channels, slopes, wind, current, u0, steps, rows, scratch, out):
     """Time derivative ``out`` (8,) of a state ``z`` (8,), ``part`` (-1 … 1) of a half step from a step's middle.
 
@@ -208,7 +208,7 @@ def derivative(z, row, part, channels, slopes, wind, current, u0, steps, rows, s
         out[3 + j] = scratch.moved[0, j]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**COMPILED)
 def rollout(first, h, euler, channels, slopes, wind, current, u0, steps, rows, states, scratch):
     """Fill ``states`` (n + 1, 8) as ``free_run`` returns them, and return the number of good steps."""
     n = channels.shape[0]
@@ -256,7 +256,7 @@ def rollout(first, h, euler, channels, slopes, wind, current, u0, steps, rows, s
     return done
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _positions(first, h, euler, current, at, states, done, moved):
     """Fill the positions up to step ``done``, from velocities and headings ``at`` (3, m) every stage of every step."""
     stages, width = 1 if euler else 4, at.shape[1]

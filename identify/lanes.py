@@ -10,7 +10,7 @@ from numba import njit
 
 from identify.flow import COLUMNS, flow
 from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
-from identify.simd import WIDTH, absolute, larger, load, root, smaller, splat, store
+from identify.simd import COMPILED, INLINED, WIDTH, absolute, larger, load, root, smaller, splat, store
 from identify.tape import ROW, Tape
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -100,7 +100,7 @@ def _places(tape: Tape) -> FloatArray:
     return WIDTH * np.concatenate([products, tape.steps.single.astype(np.int64)])
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, steps, q, alone):
     """Fill every factor and product ``q`` (values, WIDTH)."""
     store(q, WIDTH, u)
@@ -141,7 +141,7 @@ def _factors(u, v, r, psi, state, channels, slopes, row, part, north, east, u0, 
         store(q, (steps.base + k) * WIDTH, load(q, one) * load(q, other))
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**COMPILED)
 def _run(driven, steps, place, equations, lanes, q, alone, work, compared, out, total):
     """Fill ``out`` (WIDTH, n + 1, 8) or add to ``total`` (WIDTH,); ``work`` (16, WIDTH): states, changes."""
     h, euler, channels, slopes, u0 = driven.h, driven.euler, driven.channels, driven.slopes, driven.u0
@@ -200,13 +200,13 @@ def _run(driven, steps, place, equations, lanes, q, alone, work, compared, out, 
         store(total, 0, load(total, 0) + misfit)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _add(work, j, value):
     """Add to one of the rows."""
     store(work, j * WIDTH, load(work, j * WIDTH) + value)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _sum(equation, equations, place, lanes, q):
     """One acceleration: its coefficients (m, WIDTH) times their values."""
     one, other = splat(0.0), splat(0.0)

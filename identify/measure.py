@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
-from identify.simd import load, splat, store
+from identify.simd import COMPILED, HELPER, load, splat, store
 from identify.tangents import sensitivities
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -57,7 +57,8 @@ class Work(NamedTuple):
     """Places to work in.
 
     ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products; for the row in
-    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts`` (SOURCES,) how many.
+    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts``
+    (SOURCES,) how many there are.
     """
 
     batch: FloatArray
@@ -75,7 +76,7 @@ def work_for(width: int) -> Work:
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**COMPILED)
 def moments_of_windows(
     first, begin, length, samples, motion, steps, along, sensing, run, work, moments, residual
 ):
@@ -103,7 +104,7 @@ def moments_of_windows(
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _window(begin, length, low, high, motion, sensing, run, work, residual, last):
     """Sum the products of all rows of one window."""
     width = work.batch.shape[1]
@@ -129,7 +130,7 @@ def _window(begin, length, low, high, motion, sensing, run, work, residual, last
     _take(work.batch, work.moment, last)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _take(batch, moment, last):
     """Add the products of the rows of a batch to the upper triangle of the moments."""
     width = batch.shape[1]
@@ -142,7 +143,7 @@ def _take(batch, moment, last):
             store(moment, a * width + o, load(moment, a * width + o) + (one + two))
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _summed(weight, along, run, work, filled):
     """Put the sum of the row's summands, times ``weight``, in its place in the batch."""
     width, place, by = work.batch.shape[1], work.place, work.weight
@@ -157,7 +158,7 @@ def _summed(weight, along, run, work, filled):
         store(work.batch, filled * width + o, total * weight)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _add(source, place, weight, work):
     """One more summand of the row."""
     k = work.counts[source]
@@ -165,7 +166,7 @@ def _add(source, place, weight, work):
     work.counts[source] = k + 1
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _state(j, factor, i, x, h, work):
     """Tangents of state ``j`` between the grid points: cubic for what integrates a velocity, else quadratic."""
     width = work.batch.shape[1]
@@ -182,7 +183,7 @@ def _state(j, factor, i, x, h, work):
         _add(np.int64(1), here, factor * x * (1 - x) * h, work)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _interpolated(j, i, x, begin, motion, run):
     """State ``j`` and its rate between the grid points, as ``_state`` its tangents."""
     states, rates, h = run.states, run.rates, motion.h
@@ -209,7 +210,7 @@ def _interpolated(j, i, x, begin, motion, run):
     return z, (1 - 2 * x) * rates[i, j] + 2 * x * (there - here) / h
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**HELPER)
 def _row(axis, i, x, begin, m, motion, sensing, run, work):
     """Error of one measurement (along ``axis``, where it has two); what its derivatives are summed from is noted."""
     sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]

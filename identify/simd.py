@@ -18,9 +18,21 @@ from numba.extending import intrinsic, overload, register_model
 #: Numbers abreast.
 WIDTH = 8
 
+#: How the code on the hot path is compiled: no reference counts, so it may neither make nor cut arrays; a product and
+#: a sum may become one operation, and zeros have no sign.
+COMPILED = {
+    "cache": True,
+    "nogil": True,
+    "_nrt": False,
+    "error_model": "numpy",
+    "fastmath": {"contract", "nsz"},
+}
+#: The same for what only compiled code calls, and for what is best written out where it is called.
+HELPER = COMPILED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INLINED = HELPER | {"forceinline": True}
+
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _INDEX = ir.IntType(32)
-#: A product and a sum may become one operation, and zeros have no sign.
 _FLAGS = ("contract", "nsz")
 
 

@@ -27,7 +27,7 @@ from identify.kernel import (
     cosine_and_sine,
     evaluate,
 )
-from identify.simd import WIDTH, load, splat, store
+from identify.simd import COMPILED, INLINED, WIDTH, load, splat, store
 from identify.tape import ROW, Tape
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -110,7 +110,7 @@ def padded(columns: int) -> int:
     return -(-columns // WIDTH) * WIDTH
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _backwards(rows, steps, q, adjoint):
     """Derivatives of the accelerations with respect to every value of the tape, ``adjoint`` (values, 8)."""
     left, right, single, base = steps.left, steps.right, steps.single, steps.base
@@ -129,7 +129,7 @@ def _backwards(rows, steps, q, adjoint):
         store(adjoint, other, load(adjoint, other) + a * q[left[k]])
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _jacobian(steps, q, psi, north, east, adjoint, jacobian, place):
     """Put the derivatives with respect to u, v, r, e1, e2 and heading at flat ``place`` of ``jacobian``.
 
@@ -172,7 +172,7 @@ def _jacobian(steps, q, psi, north, east, adjoint, jacobian, place):
     store(jacobian, place + 2 * ROW, by_r)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _forcing(along, row, part, q, adjoint, force, stage):
     """What the parameters add to the accelerations' tangents at one stage, ``force`` (4, FORCED, width)."""
     for k in range(along.column.shape[0]):
@@ -190,7 +190,7 @@ def _forcing(along, row, part, q, adjoint, force, stage):
             force[stage, e, along.driven_column[k]] += adjoint[along.driven_place[k], e] * change
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _advance(i, stages, h, steps, run):
     """Tangents over step ``i``; with no stage left to go only those of the rates."""
     s, f, jac, turn, force = run.s, run.f, run.jacobian, run.turn, run.force
@@ -245,7 +245,7 @@ def _advance(i, stages, h, steps, run):
             store(s, there + 7 * width, sf + tf * h)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _begin(first, along, run):
     """Put the first state and its tangents in their places."""
     for j in range(NX):
@@ -260,7 +260,7 @@ def _begin(first, along, run):
         run.state[j] = first[3 + j]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(**INLINED)
 def _turn(stages, run):
     """Cosine and sine of every stage's heading, and what the velocities become when it turns."""
     at, turn = run.at, run.turn
@@ -275,7 +275,7 @@ def _turn(stages, run):
             turn[m, j] = at[4 + j, m]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(**COMPILED)
 def sensitivities(first, begin, n, h, euler, channels, slopes, wind, current, u0, steps, rows, along, run):
     """One free run of ``n`` steps from step ``begin`` of what drives it, with its sensitivities; fills ``run``.
 
