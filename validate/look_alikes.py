@@ -13,7 +13,8 @@ from identify.output_error import solve
 from identify.structure import Structure
 from identify.windows import first_states
 from validate.candidates import Screened, candidates, extended, normal, prior_of, smooth
-from validate.judgement import INDISTINCT, significance, step_tolerance
+from validate.judgement import INDISTINCT, significance
+from validate.refits import step_tolerance
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]

@@ -14,8 +14,9 @@ from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
-from validate.judgement import Judged, judge, least_gain, step_tolerance, under, worthwhile
+from validate.judgement import Judged, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
+from validate.refits import step_tolerance
 from validate.wiring import Wiring, better_wiring
 
 #: Candidates that are refitted in each round.

@@ -29,8 +29,8 @@ from identify.windows import cut, first_states
 from preprocess.trial import Trial
 from validate.candidates import candidates, screen
 from validate.diagnosis import Validation
-from validate.judgement import refit
 from validate.look_alikes import dropped
+from validate.refits import refit
 from validate.scores import predictions, validation
 from validate.structure_left import on_other_logs, structured_share
 

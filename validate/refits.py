@@ -1,0 +1,112 @@
+"""Refits of the candidates: near the noise each from where the base is, farther off a race from several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from identify.base_fit import FAR, Fitted
+from identify.output_error import Solution, Stopped, solve
+from identify.regression import start_by_regression
+from identify.windows import first_states
+from validate.begins import from_where_it_was
+from validate.candidates import Screened, prior_of, thinned
+
+#: Below this cost per degree of freedom a refit converges from where the base is.
+NEAR = 1.5
+#: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
+#: steps, in which one that began far from the base's own optimum may not have caught up.
+RUNNERS, PROMISING = 4, 4
+
+
+def step_tolerance(fitted: Fitted) -> float:
+    """When a search may stop: at a twentieth of a unit of cost, earlier while the model is far from the noise."""
+    return 0.05 if fitted.chi2_per_dof < FAR else 1e-4 * fitted.solution.cost
+
+
+def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
+    """Refit with the candidate in and everything free, from its screened start or from a regression's."""
+    return went_on(begun(fitted, screened, target), budget, target)
+
+
+def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
+    """The first steps of a refit: near the noise all of it, farther off from the best of several starts."""
+    structure = fitted.solution.structure.with_effect(screened.active)
+    problem, first = fitted.problem, fitted.solution.first
+    prior = prior_of(structure, screened.p, fitted)
+    search = partial(
+        solve, problem, structure, prior=prior, anchor=first_states(problem), tolerance=step_tolerance(fitted)
+    )
+    ways = (screened.p, screened.unmoved)
+    moved = min((search(p, first, budget=0) for p in ways), key=_total)
+    if fitted.chi2_per_dof < NEAR:
+        return went_on(Fitted(problem, prior, moved), 20, target)
+    anew = search(start_by_regression(structure, screened.p, problem.stretches), first, budget=2)
+    return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
+
+
+def _total(solution: Solution) -> float:
+    return solution.total if np.isfinite(solution.total) else np.inf
+
+
+def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
+    """More steps of a search that ended because it had used up its own."""
+    if fitted.solution.stopped is not Stopped.BUDGET:
+        return fitted
+    s = fitted.solution
+    found = solve(
+        fitted.problem, s.structure, s.p, s.first, fitted.prior, anchor=first_states(fitted.problem),
+        budget=budget, tolerance=step_tolerance(fitted), target=target,
+    )  # fmt: skip
+    return replace(fitted, solution=found)
+
+
+def raced(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+    """Refits of the finalists; far from the noise, those that fall behind over part of the windows are left there."""
+    if base.chi2_per_dof < FAR:
+        return _alive(_nearly(base, finalists))
+    some = thinned(base)
+    runners = _alive([(s, went_on(begun(some, s), 3)) for s in finalists])
+    promising = [s.active.label for s in finalists[:PROMISING]]
+    ahead = [(s, f) for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising]
+    return _alive([(s, _slack(base, _whole(base, f))) for s, f in ahead])
+
+
+def _nearly(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+    """Refits one after the other; what cannot come near the best so far is given up."""
+    runners, target = [], np.inf
+    for screened in finalists:
+        fit = _slack(base, refit(base, screened, target=target))
+        runners.append((screened, fit))
+        target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))
+    return runners
+
+
+def _slack(base: Fitted, fit: Fitted) -> Fitted:
+    """A refit that stayed finite, its slack linkages begun where they were."""
+    return from_where_it_was(fit, step_tolerance(base)) if np.isfinite(fit.solution.total) else fit
+
+
+def _alive(runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
+    """Those that did not run away, best first."""
+    return sorted(
+        ((s, f) for s, f in runners if np.isfinite(f.solution.total)), key=lambda x: x[1].solution.total
+    )
+
+
+def _whole(base: Fitted, part: Fitted) -> Fitted:
+    """A fit on some windows taken on to all of the base's."""
+    s, problem = part.solution, base.problem
+    found = solve(
+        problem, s.structure, s.p, base.solution.first, part.prior, anchor=first_states(problem), budget=18,
+        tolerance=step_tolerance(base),
+    )  # fmt: skip
+    return Fitted(problem, part.prior, found)
+
+
+def target_gap(base: Fitted, best: Fitted) -> float:
+    """What the best candidate gains, and a little more."""
+    return base.solution.total - best.solution.total + 50.0
