@@ -336,3 +336,20 @@ def test_a_run_that_runs_away_says_where():
     states = run(structure, drive(structure, p, stretch_of(MOTORS)), stretch_of(MOTORS), FIRST)
     assert np.isfinite(states[0]).all()
     assert np.isnan(states[-1]).all()
+
+
+def test_nothing_is_compiled_again_for_another_model():
+    compiled = (kernel.rollout, kernel.derivative, tangents.sensitivities)
+
+    def used():
+        return [len(f.signatures) for f in compiled]
+
+    stretch, before = stretch_of((RUDDER, PROPELLER)), None
+    for model in [m.name for m in MODELS]:
+        structure = structure_of(model)
+        p, first = parameters_of(structure), FIRST.copy()
+        first[6:] = 0.0
+        sensitivities(structure, p, stretch, first)
+        final(structure, p, stretch, first)
+        before = before or used()
+        assert used() == before, model
