@@ -52,11 +52,15 @@ def straight_lines(fine, parts):
     The slope is the line's end less its middle.
     """
     n, nc = fine.shape[0] // parts, fine.shape[1]
-    mean, slope = np.zeros((n, nc)), np.zeros((n, nc))
+    mean, slope = np.empty((n, nc)), np.empty((n, nc))
+    middle, per = 0.5 * (parts - 1), 6.0 / (parts * parts)
     for i in range(n):
-        for k in range(parts):
-            arm = 6.0 * ((k + 0.5) / parts - 0.5)
-            for c in range(nc):
-                mean[i, c] += fine[i * parts + k, c] / parts
-                slope[i, c] += arm * fine[i * parts + k, c] / parts
+        for c in range(nc):
+            total, moment = 0.0, 0.0
+            for k in range(parts):
+                value = fine[i * parts + k, c]
+                total += value
+                moment += (k - middle) * value
+            mean[i, c] = total / parts
+            slope[i, c] = moment * per
     return mean, slope
