@@ -20,9 +20,11 @@ from results_example import STATES, example_results, make_diagnosis
 
 from identify.fit import FittedEffect
 from preprocess.trial import Measurement
-from validate.diagnosis import ChannelScore, Verdict
+from validate.diagnosis import Candidate, ChannelScore, Round, Verdict
 from validate.report import model_schema, read_model, report_of, report_schema, write_model
 from validate.report.contents import gaps
+from validate.report.labels import advice_words, in_words, taken_of
+from validate.report.markdown import round_markdown
 from validate.report.model_file import ModelFileError
 from validate.report.names import file_names, slug
 from validate.report.page import report_page
@@ -31,6 +33,7 @@ from validate.report.schema import to_json
 from validate.report.svg import limits_of, path, tick_text, ticks
 from validate.report.tables import sampled
 from validate.report.thinning import even, extremes
+from validate.report.units import with_input_units
 from validate.report.words import effect_words, headline, number, plus_minus
 from validate.report_files import write_results
 
@@ -381,6 +384,70 @@ def test_wiring_and_deadband_in_words(results):
     assert effect_words(band) == "actuator deadband of rudder as play (width 2.00 ± 0.30°)"
 
 
+def test_names_in_sentences_are_words_but_those_of_inputs_and_files_stay():
+    said = "Here clock_offset (yaw_rate) cannot be told from actuator_lag (n_2); see a/roll_coupling.csv, gyro_bias."
+    assert in_words(said) == (
+        "Here clock offset (yaw rate) cannot be told from actuator lag (n_2); see a/roll_coupling.csv, gyro bias."
+    )
+    assert advice_words("clock_offset: look.") == "Clock offset: look."
+
+
+def tried(effect, note, evidence=1.0, input=None):
+    same = {"u": 0.1, "v": 0.1, "r": 0.1}
+    return Candidate(effect, input, evidence, 0.5, same, same, note)
+
+
+def test_a_candidate_has_its_full_label_and_why_it_was_not_refitted(results):
+    late = "not refitted: to first order it gains too little"
+    candidates = (
+        tried("clock_offset", "clock_offset (inputs)", 30.0),
+        tried("current", "current", 20.0),
+        tried("actuator_deadband", late, 40.0, "left"),
+        tried("clock_offset", late, 35.0),
+    )
+    turn = Round((), candidates, "clock_offset")
+    with_it = replace(results, diagnosis=replace(results.diagnosis, rounds=(turn,)))
+    entries = report_of(with_it).diagnosis.rounds[0].candidates
+    assert [(c.label, c.note) for c in entries] == [
+        ("actuator_deadband (left)", late),
+        ("clock_offset", late),
+        ("clock_offset (inputs)", ""),
+        ("current", ""),
+    ]
+    assert taken_of(turn) is candidates[0]
+    page = report_page(with_it)
+    assert "clock offset (inputs) ✓ taken" in page
+    assert page.count("✓ taken") == 1
+    assert late in page
+    assert "| clock offset (inputs) |" in round_markdown(1, turn)
+
+
+def test_a_limit_of_a_rudders_rate_is_in_degrees_per_second(results, tmp_path):
+    rate = replace(
+        results.after.effects[0].parameters[0], name="rate", value=0.2, stderr=0.01, unit="input's unit/s"
+    )
+    found = FittedEffect("actuator_rate_limit", "rudder", (rate,))
+    taken = replace(results.diagnosis.effects[0], fitted=found)
+    own = replace(
+        results,
+        after=replace(results.after, effects=(found,)),
+        diagnosis=replace(results.diagnosis, effects=(taken,)),
+    )
+    write_results(own, tmp_path)
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["diagnosis"]["effects"][0]["parameters"][0]["unit"] == "rad/s"
+    assert read_model(tmp_path / "model.json").effects[0].parameters[0].unit == "rad/s"
+    page = (tmp_path / "report.html").read_text()
+    assert "actuator rate limit of rudder (rate 11.5 ± 0.6 °/s)" in page
+    assert "input&#39;s unit" not in page
+
+
+def test_units_leave_the_one_fit_of_a_run_that_took_nothing():
+    results = example_results(logs=1, duration=10.0, loop=False)
+    same = with_input_units(results)
+    assert same.after is same.before
+
+
 # report.html
 
 
@@ -465,7 +532,7 @@ def test_of_two_candidates_of_one_name_only_the_better_was_taken(results):
     found = replace(results.diagnosis, rounds=(replace(first, candidates=tried),))
     page = report_page(replace(results, diagnosis=found))
     assert page.count("✓ taken") == 1
-    assert "current of right ✓ taken" in page
+    assert "current (right) ✓ taken" in page
     assert "8 more candidates" in page
 
 

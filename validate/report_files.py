@@ -10,6 +10,7 @@ from validate.report.model_file import write_model
 from validate.report.names import file_names
 from validate.report.schema import to_json
 from validate.report.tables import write_predictions, write_trials
+from validate.report.units import with_input_units
 
 
 def write_results(results: Results, folder: Path) -> dict[str, Path]:
@@ -30,6 +31,7 @@ def write_results(results: Results, folder: Path) -> dict[str, Path]:
     from validate.recording import write_recording
     from validate.report.page import report_page
 
+    results = with_input_units(results)
     names = ("report.json", "report.html", "model.json", "recording.rrd", "predictions", "trial")
     paths = {name: folder / name for name in names}
     folder.mkdir(parents=True, exist_ok=True)

@@ -14,13 +14,14 @@ from preprocess.trial import Trial
 from seatrial.cli.tables import say, table_of
 from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Validation
 from validate.report.contents import log_entry, logs_with_trials
+from validate.report.labels import advice_words, in_words
+from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
     duration,
     effect_words,
     headline,
     number,
-    plain_name,
     plus_minus,
     probability,
     size,
@@ -38,6 +39,7 @@ def print_summary(results: Results, folder: Path, verbose: bool = False) -> None
 
 def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]:
     """What a run found out, without the places of its files."""
+    results = with_input_units(results)
     yield Text("")
     yield log_table(results)
     yield from (Text(line) for line in finding_lines(results, None if verbose else MOST_FINDINGS))
@@ -137,14 +139,12 @@ def diagnosis_lines(found: Diagnosis) -> Iterator[Text]:
     shares = ", ".join(f"{k} {100 * v:.0f} %" for k, v in found.unexplained.items())
     yield Text(f"  Unexplained share of 30 s predictions: {shares or 'none'}.")
     if found.advice:
-        yield Text(f"  Next: {found.advice}")
+        yield Text(f"  Next: {advice_words(found.advice)}")
 
 
 def effect_line(effect: TakenEffect) -> str:
     """One effect with its p-value and its look-alikes."""
-    alike = (
-        f"; looks like {', '.join(map(plain_name, effect.look_alikes))} here" if effect.look_alikes else ""
-    )
+    alike = f"; looks like {', '.join(map(in_words, effect.look_alikes))} here" if effect.look_alikes else ""
     return f"{effect_words(effect.fitted)} (p {probability(effect.p_value)}{alike})"
 
 

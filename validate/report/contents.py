@@ -22,6 +22,7 @@ from validate.diagnosis import (
     Validation,
 )
 from validate.report import schema
+from validate.report.labels import label_of, remark_of
 from validate.report.schema import plain
 
 #: An interval counts as a gap above this many sample times.
@@ -194,6 +195,8 @@ def candidate_entry(c: Candidate) -> schema.CandidateEntry:
         p_value=c.p_value,
         rmse_before=dict(c.rmse_before),
         rmse_after=dict(c.rmse_after),
+        label=label_of(c),
+        note=remark_of(c),
     )
 
 

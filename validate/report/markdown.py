@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from validate.diagnosis import Results, Round
 from validate.report import words
+from validate.report.labels import advice_words, in_words, label_of, remark_of, taken_of
 from validate.report.parameters import all_parameters, labels
 from validate.report.scores import has_two, score_rows
 
@@ -23,7 +24,7 @@ def report_markdown(results: Results) -> str:
     head = ["RMS error of", "declared model", "with effects"] if two else ["RMS error of", "model"]
     errors = [[r[0], r[1], r[2]] if two else [r[0], r[2]] for r in rows]
     verdict = words.BADGES[results.diagnosis.verdict if results.diagnosis else None]
-    advice = results.diagnosis.advice if results.diagnosis else ""
+    advice = advice_words(results.diagnosis.advice) if results.diagnosis else ""
     parts = [
         f"# {fit.vessel.name}: {verdict.lower()}",
         words.headline(results),
@@ -57,28 +58,24 @@ def diagnosis_markdown(results: Results) -> str:
         return "The search for missing effects was switched off for this run."
     effects = [
         f"* **{words.effect_words(e.fitted)}**, p {words.probability(e.p_value)}"
-        + (
-            f"; looks like {words.joined(map(words.plain_name, e.look_alikes), 'or')}"
-            if e.look_alikes
-            else ""
-        )
+        + (f"; looks like {words.joined(map(in_words, e.look_alikes), 'or')}" if e.look_alikes else "")
         for e in found.effects
     ]
     rest = table(
         ["channel", "unexplained share"], [[k, words.number(v, 2)] for k, v in found.unexplained.items()]
     )
     title = f"# {words.BADGES[found.verdict]}\n\n{found.verdict.value}"
-    advice = f"**What to do next.** {found.advice}" if found.advice else ""
+    advice = f"**What to do next.** {advice_words(found.advice)}" if found.advice else ""
     return "\n\n".join(p for p in (title, "\n".join(effects), advice, rest) if p)
 
 
 def round_markdown(number: int, r: Round) -> str:
     """Candidates by rank, and the residual tests."""
     ranked = sorted(r.candidates, key=lambda c: -c.evidence)
-    taken = next((c for c in ranked if c.effect == r.accepted), None)
+    taken = taken_of(r)
     rows = [
-        [str(k), words.plain_name(c.effect) + (f" of {c.input}" if c.input else ""), words.number(c.evidence),
-         words.probability(c.p_value), "taken" if c is taken else c.note]
+        [str(k), in_words(label_of(c)), words.number(c.evidence),
+         words.probability(c.p_value), "taken" if c is taken else remark_of(c)]
         for k, c in enumerate(ranked, start=1)
     ]  # fmt: skip
     tests = [[words.plain_name(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]

@@ -14,6 +14,7 @@ from validate.diagnosis import Candidate, Results, Round
 from validate.report import words
 from validate.report.contents import logs_with_trials, report_of, seatrial_version
 from validate.report.figures import CHANNELS, Figure, channel_figure, input_figure
+from validate.report.labels import advice_words, in_words, label_of, remark_of, taken_of
 from validate.report.names import slug
 from validate.report.parameters import (
     all_parameters,
@@ -54,7 +55,7 @@ def report_page(results: Results) -> str:
     )  # fmt: skip
     environment.filters |= {
         "number": words.number, "p": words.probability, "size": words.size, "duration": words.duration,
-        "plain": words.plain_name, "joined": words.joined, "svg": lambda f: Markup(f.svg),
+        "plain": words.plain_name, "in_words": in_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
     }  # fmt: skip
     return environment.get_template("page.html").render(**context(results))
 
@@ -77,11 +78,11 @@ def answer(results: Results) -> dict[str, Any]:
         "badge": words.BADGES[verdict],
         "two": two,
         "scores": score_rows(results.validation_before, results.validation_after),
-        "effects": [(words.effect_words(e.fitted), e.p_value, [words.plain_name(x) for x in e.look_alikes])
+        "effects": [(words.effect_words(e.fitted), e.p_value, [in_words(x) for x in e.look_alikes])
                     for e in (found.effects if found else ())],
         "unexplained": list(found.unexplained.items()) if found else [],
         "materiality": MATERIALITY,
-        "advice": found.advice if found else "",
+        "advice": advice_words(found.advice) if found else "",
     }  # fmt: skip
 
 
@@ -163,7 +164,7 @@ def round_rows(r: Round) -> dict[str, Any]:
     value = {(t.name, t.channel): t.p_value for t in r.residual_tests}
     ranked = sorted(r.candidates, key=lambda c: -c.evidence)
     most = max((c.evidence for c in ranked), default=0.0)
-    taken = next((c for c in ranked if c.effect == r.accepted), None)
+    taken = taken_of(r)
     return {
         "channels": channels,
         "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
@@ -181,14 +182,13 @@ def candidate_row(c: Candidate, most: float, taken: bool) -> dict[str, Any]:
         for k in c.rmse_before
         if c.rmse_before[k] != c.rmse_after.get(k)
     ]
-    name = words.plain_name(c.effect)
     return {
-        "name": name + (f" of {c.input}" if c.input else ""),
+        "name": in_words(label_of(c)),
         "evidence": c.evidence,
         "bar": round(100 * c.evidence / most, 1) if most > 0 and c.evidence > 0 else 0,
         "p_value": c.p_value,
         "change": change,
-        "note": "" if c.note in (c.effect, name) else c.note,
+        "note": remark_of(c),
         "taken": taken,
     }
 

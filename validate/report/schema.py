@@ -153,6 +153,8 @@ class CandidateEntry(Entry):
     p_value: Number
     rmse_before: dict[str, Number]
     rmse_after: dict[str, Number]
+    label: str = Field(description="effect with its input, form, stream or logs")
+    note: str = Field(description="why it was not refitted, and the like; else empty")
 
 
 class RoundEntry(Entry):

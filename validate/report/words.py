@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from identify.fit import Estimated, Fit, FittedEffect
 from validate.diagnosis import Results, TakenEffect, Verdict
+from validate.report.labels import in_words
 
 DEGREES = 180.0 / math.pi
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
@@ -159,7 +160,7 @@ def option_words(effect: FittedEffect) -> str:
 
 def look_alikes(effects: Iterable[TakenEffect]) -> list[str]:
     """Every look-alike once, in order."""
-    return list(dict.fromkeys(plain_name(x) for e in effects for x in e.look_alikes))
+    return list(dict.fromkeys(in_words(x) for e in effects for x in e.look_alikes))
 
 
 def error_words(results: Results) -> str:
