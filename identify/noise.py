@@ -80,26 +80,42 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     """How smooth the slow part of a stream's errors is: 1 as the answer to a force, 0 as a random walk or noise.
 
     The increments' variance, white noise taken off, grows with the lag to the power 2 for a smooth error and with the
-    power 1 for a wander (first-order Gauss-Markov noise).
+    power 1 for a wander (first-order Gauss-Markov noise). The power is taken one standard error low (jackknife over
+    windows), since few windows of a slow error tell little.
     """
-    short, long = (_increments(problem, moments, kind, lag) for lag in SMOOTH_LAGS)
+    sums = [_increments(problem, moments, kind, lag) for lag in SMOOTH_LAGS]
     white = 2.0 * (white_ratio(problem, moments, kind)) ** 2
-    if short is None or long is None or long - white <= 0.05 * white:
+    if any(len(s) == 0 for s in sums) or len(sums[0]) != len(sums[1]):
         return 0.0
-    power = np.log((long - white) / max(short - white, 1e-3 * white)) / np.log(
-        SMOOTH_LAGS[1] / SMOOTH_LAGS[0]
-    )
-    return float(np.clip(1.5 * (power - 1.1), 0.0, 1.0))
+    totals = np.array([s.sum(axis=0) for s in sums])
+    power = _power(totals, white)
+    n = len(sums[0])
+    if power is None or n < 2:
+        return 0.0
+    without = [_power(totals - np.array([s[k] for s in sums]), white) for k in range(n)]
+    known = np.array([p for p in without if p is not None])
+    error = float(np.sqrt((n - 1) * np.var(known))) if len(known) > 1 else 0.0
+    return float(np.clip(1.5 * (power - error - 1.1), 0.0, 1.0))
 
 
-def _increments(problem: Problem, moments: Moments, kind: int, lag: float) -> float | None:
-    """Mean square of the errors' increments over a time lag, s."""
-    squares = []
+def _power(totals: FloatArray, white: float) -> float | None:
+    """Power of the lag with which increments grow, from (sum of squares, count) at two; None where all is white."""
+    short, long = totals[:, 0] / np.maximum(totals[:, 1], 1.0)
+    if long - white <= 0.05 * white:
+        return None
+    growth = (long - white) / max(short - white, 1e-3 * white)
+    return float(np.log(growth) / np.log(SMOOTH_LAGS[1] / SMOOTH_LAGS[0]))
+
+
+def _increments(problem: Problem, moments: Moments, kind: int, lag: float) -> FloatArray:
+    """Sum of squared increments of the errors over a time lag, s, and their count, per window (w, 2)."""
+    found = []
     for t, e in errors_by_stream(problem, moments, kind):
         k = max(1, round(lag / float(np.median(np.diff(t)))))
         if len(e) > 2 * k:
-            squares.append(((e[k:] - e[:-k]) ** 2).ravel())
-    return float(np.mean(np.concatenate(squares))) if squares else None
+            step = e[k:] - e[:-k]
+            found.append((float(np.sum(step**2)), float(step.size)))
+    return np.array(found)
 
 
 def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:

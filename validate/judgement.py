@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
+from identify import kernel
 from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost
 from identify.output_error import solve
@@ -199,9 +200,12 @@ def whitened(base: Fitted, fit: Fitted) -> bool:
 
 
 def excess(fitted: Fitted) -> FloatArray:
-    """Per stream (4,): variance of the errors at low frequency over that of their white part, less one."""
+    """Variance of the errors at low frequency over that of their white part, less one (3,): all streams but positions.
+
+    Positions of a receiver wander by themselves, and what drifts would take that for its own.
+    """
     dispersed = calibrated(fitted.problem, fitted.solution).dispersed
-    return np.asarray(dispersed.inflation**2 - 1.0, dtype=float)
+    return np.asarray(np.delete(dispersed.inflation, kernel.POSITION) ** 2 - 1.0, dtype=float)
 
 
 def at_bound(fitted: Fitted) -> bool:
