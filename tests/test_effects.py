@@ -41,9 +41,12 @@ def effect_named(name, **wanted):
     return next(e for e in found if all(bool(getattr(e, k)) == v for k, v in wanted.items()))
 
 
-def with_effect(name, values, variant=None, model="modulus", inputs=MOTORS, **wanted):
+ALL = ("position", "heading", "yaw_rate")
+
+
+def with_effect(name, values, variant=None, model="modulus", inputs=MOTORS, streams=ALL, **wanted):
     """A structure with one effect at given values, on coefficients that keep the vessel in range."""
-    plain = structure_of(model, inputs)
+    plain = structure_of(model, inputs, streams=streams)
     structure = plain.with_effect(Active(effect_named(name, **wanted), variant or Variant()))
     p = np.concatenate([parameters_of(plain), np.zeros(len(structure.slots) - len(plain.slots))])
     for k, slot in enumerate(structure.slots):
@@ -278,9 +281,9 @@ def test_roll_is_an_oscillator_driven_by_the_turn():
     assert states[-1, 6] == pytest.approx(angle, abs=2e-3 * np.abs(states[:, 6]).max() + 1e-5)
 
 
-def shown_states(name, values, variant=None, **wanted):
+def shown_states(name, values, variant=None, streams=ALL, **wanted):
     """What sensors show with the effect, and without it, of the very same true motion."""
-    structure, p, plain, q = with_effect(name, values, variant, **wanted)
+    structure, p, plain, q = with_effect(name, values, variant, streams=streams, **wanted)
     stretch = stretch_of(MOTORS)
     true = states_of(plain, q, stretch)
     return (
@@ -312,12 +315,18 @@ def test_an_antenna_elsewhere_moves_the_position_with_the_heading():
 
 @pytest.mark.parametrize(("stream", "column"), [("position", 0), ("heading", 2), ("yaw_rate", 5)])
 def test_a_late_clock_shows_what_was(stream, column):
-    wrong, right = shown_states(
-        "clock_offset", {"offset": 0.2}, Variant(options={"stream": stream}), input_delay=False
-    )
+    streams = ("position", "heading") if stream == "heading" else ("position", "heading", "yaw_rate")
+    variant = Variant(options={"stream": stream})
+    wrong, right = shown_states("clock_offset", {"offset": 0.2}, variant, streams, input_delay=False)
     assert np.allclose(wrong[2:, column], right[:-2, column], atol=1e-9)
     others = [c for c in (0, 2, 5) if c != column]
     assert np.allclose(wrong[:, others], right[:, others])
+
+
+def test_a_heading_that_is_late_does_not_show_where_a_gyro_tells_the_turning():
+    variant = Variant(options={"stream": "heading"})
+    wrong, right = shown_states("clock_offset", {"offset": 0.2}, variant, input_delay=False)
+    assert np.allclose(wrong[:, 2], right[:, 2])
 
 
 def test_late_input_stamps_are_actuators_ahead_of_the_log():
