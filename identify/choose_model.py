@@ -47,8 +47,8 @@ AS_GOOD = 0.02
 ROUGH = 10.0
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5
-#: Models that predict short windows more than this many times worse than the best are not fitted to whole logs.
-HOPELESS = 2.0
+#: At most so many groups of logs are left out in turn where whole logs are predicted.
+MOST_GROUPS = 8
 #: Jumps between windows, from loose to tight, where a log was left out and the rest is fitted again.
 AGAIN = (3e-2, 1e-2, 3e-3)
 #: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
@@ -108,7 +108,7 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
     if _far_from_noise(tried):
-        ranked = ranking([_by_whole_logs(t, HOPELESS * ranked[0].error) for t in tried])
+        ranked = ranking([_by_whole_logs(t) for t in tried])
     return simplest(ranked), ranked
 
 
@@ -174,11 +174,11 @@ def _far_from_noise(tried: Sequence[_Tried]) -> bool:
     return several and min(f.chi2_per_dof for f in fitted) > FAR
 
 
-def _by_whole_logs(tried: _Tried, limit: float) -> Considered:
+def _by_whole_logs(tried: _Tried) -> Considered:
     """The model's error over logs that were left out, predicted free-running from beginning to end."""
     one, prepared = tried.considered, tried.prepared
-    if prepared is None or one.error > limit:
-        return replace(one, error=np.inf, note=one.note or "predicts short windows much worse than others")
+    if prepared is None:
+        return one
     structure, stretches = prepared.structure, prepared.identify
     found = joined_from_simple(structure, stretches)
     if found is None:
@@ -186,8 +186,8 @@ def _by_whole_logs(tried: _Tried, limit: float) -> Considered:
     _, prior = regression_start(structure, stretches)
     names = list(dict.fromkeys(s.name for s in stretches))
     groups = [
-        {k for k, s in enumerate(stretches) if names.index(s.name) % MOST_PARTS == g}
-        for g in range(MOST_PARTS)
+        {k for k, s in enumerate(stretches) if names.index(s.name) % MOST_GROUPS == g}
+        for g in range(MOST_GROUPS)
     ]
     return _of_squares(one.name, one.terms, [_logs_left_out(found, prior, g) for g in groups if g])
 
