@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from results_example import STATES, example_results, make_diagnosis
 
-from identify.fit import FittedEffect
+from identify.fit import Estimated, FittedEffect
 from preprocess.trial import Measurement
 from validate.diagnosis import Candidate, ChannelScore, Round, Verdict
 from validate.report import model_schema, read_model, report_of, report_schema, write_model
@@ -27,14 +27,14 @@ from validate.report.labels import advice_words, in_words, taken_of
 from validate.report.markdown import round_markdown
 from validate.report.model_file import ModelFileError
 from validate.report.names import file_names, slug
-from validate.report.page import report_page
+from validate.report.page import remark, report_page
 from validate.report.plan import spread
 from validate.report.schema import to_json
-from validate.report.svg import limits_of, path, tick_text, ticks
+from validate.report.svg import Axes, Series, limits_of, path, stack, tick_text, ticks
 from validate.report.tables import sampled
 from validate.report.thinning import even, extremes
 from validate.report.units import with_input_units
-from validate.report.words import effect_words, headline, number, plus_minus
+from validate.report.words import effect_words, headline, in_powers, interval, number, percent, plus_minus
 from validate.report_files import write_results
 
 
@@ -440,6 +440,47 @@ def test_a_limit_of_a_rudders_rate_is_in_degrees_per_second(results, tmp_path):
     page = (tmp_path / "report.html").read_text()
     assert "actuator rate limit of rudder (rate 11.5 ± 0.6 °/s)" in page
     assert "input&#39;s unit" not in page
+
+
+def test_waves_are_said_by_their_period_and_as_found_apart(results):
+    parts = (
+        Estimated("", "frequency", 2.0, 0.02, "rad/s"),
+        Estimated("", "u", 0.3, 0.02, "m/s²"),
+    )
+    waves = FittedEffect("waves", None, parts)
+    assert effect_words(waves) == "waves (period 3.142 ± 0.031 s, u 0.300 ± 0.020 m/s²)"
+    found = replace(results.diagnosis, effects=(replace(results.diagnosis.effects[0], fitted=waves),))
+    page = report_page(replace(results, diagnosis=found))
+    assert "apart from the rounds: waves." in page
+    assert "apart from the rounds" not in report_page(results)
+
+
+def test_what_is_hardly_known_takes_no_more_room_than_a_number():
+    assert plus_minus(0.0, 1.3e12) == "0 ± 1.3·10¹²"
+    assert interval(0.0, 1.3e12) == "[−2.55·10¹², 2.55·10¹²]"
+    unknown = Estimated(
+        "v", "Y_F", 0.0, 1.3e12, "1", False, reason="the standard error is 1e20 % of the value"
+    )
+    assert remark(unknown) == "the standard error is many times the value"
+
+
+def test_powers_and_shares_as_they_are_read():
+    assert in_powers("u̇ = 4.91e-05 T:propeller − 2e+03 e2") == "u̇ = 4.91·10⁻⁵ T:propeller − 2·10³ e2"
+    assert [percent(v) for v in (None, 0.004, 0.32, 2.07, 1178.4)] == [
+        "–",
+        "0.4 %",
+        "32 %",
+        "207 %",
+        "> 1000 %",
+    ]
+
+
+def test_the_last_number_below_an_axis_stays_in_the_picture():
+    t = np.linspace(0.0, 100.0, 11)
+    svg = stack("a", "x", [Axes("u", (Series("smooth", t, t),), (0.0, 100.0))], (0.0, 100.0))
+    ends = [float(x) + 3.4 * len(w) for x, w in re.findall(r'x="(\d+)"[^>]*middle">(\d+)<', svg)]
+    assert ends
+    assert max(ends) <= 420
 
 
 def test_units_leave_the_one_fit_of_a_run_that_took_nothing():

@@ -22,6 +22,7 @@ from validate.report.words import (
     effect_words,
     headline,
     number,
+    percent,
     plus_minus,
     probability,
     size,
@@ -136,7 +137,7 @@ def diagnosis_lines(found: Diagnosis) -> Iterator[Text]:
         f"Verdict: {BADGES[found.verdict].lower()}. {found.verdict.value}", style=STYLES[found.verdict.name]
     )
     yield from (Text(f"  + {effect_line(e)}") for e in found.effects)
-    shares = ", ".join(f"{k} {100 * v:.0f} %" for k, v in found.unexplained.items())
+    shares = ", ".join(f"{k} {percent(v)}" for k, v in found.unexplained.items())
     yield Text(f"  Unexplained share of 30 s predictions: {shares or 'none'}.")
     if found.advice:
         yield Text(f"  Next: {advice_words(found.advice)}")

@@ -25,19 +25,20 @@ def advice_words(advice: str) -> str:
 
 def label_of(c: Candidate) -> str:
     """``clock_offset (inputs)``: the candidate with its input, form, stream or logs, as far as it says them."""
-    if is_label(c):
-        return c.note
-    return c.effect + (f" ({c.input})" if c.input else "")
+    return _parts(c)[0]
 
 
 def remark_of(c: Candidate) -> str:
     """What else there is to say of a candidate: why it was not refitted, for one."""
-    return "" if is_label(c) else c.note
+    return _parts(c)[1]
 
 
-def is_label(c: Candidate) -> bool:
-    """Whether the note is the candidate's full label."""
-    return c.note == c.effect or (c.note.startswith(f"{c.effect} (") and c.note.endswith(")"))
+def _parts(c: Candidate) -> tuple[str, str]:
+    """A note is the label, or the label, a colon and a remark, or a remark alone."""
+    found = re.fullmatch(rf"({re.escape(c.effect)}(?: \([^()]*\))?)(?:: (.*))?", c.note)
+    if found:
+        return found[1], found[2] or ""
+    return c.effect + (f" ({c.input})" if c.input else ""), c.note
 
 
 def taken_of(r: Round) -> Candidate | None:

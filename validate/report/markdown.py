@@ -30,7 +30,8 @@ def report_markdown(results: Results) -> str:
         words.headline(results),
         f"**What to do next.** {advice}" if advice else "",
         "## On logs held back\n\n" + table(head, errors),
-        "## Model\n\n" + "\n".join(f"`{e}`\n" for e in results.equations or words.equations(fit)),
+        "## Model\n\n"
+        + "\n".join(f"`{words.in_powers(e)}`\n" for e in results.equations or words.equations(fit)),
         table(["parameter", "value", "unit"], parameter_rows(results)),
         "## Logs\n\n"
         + table(["log", "role", "manoeuvre"], [[t.name, t.role, t.manoeuvre or "–"] for t in results.trials]),

@@ -9,11 +9,12 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from identify.fit import Estimated
 from preprocess.trial import Trial
 from validate.diagnosis import Candidate, Results, Round
 from validate.report import words
 from validate.report.contents import logs_with_trials, report_of, seatrial_version
-from validate.report.figures import CHANNELS, Figure, channel_figure, input_figure
+from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, input_figure
 from validate.report.labels import advice_words, in_words, label_of, remark_of, taken_of
 from validate.report.names import slug
 from validate.report.parameters import (
@@ -30,6 +31,8 @@ from validate.report.scores import has_two, log_scores, scaled, score_rows, scor
 LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "rerun-sdk")
 #: The share of a channel's standard deviation above which structure is material, unless told otherwise.
 MATERIALITY = 0.10
+#: A standard error of more than so many times the value is not given as a share of it.
+UNKNOWN = 10.0
 #: Logs that are drawn; the others are in the recording.
 PLOTTED = 24
 #: Candidates of a round that are shown; the others are in report.json.
@@ -54,10 +57,16 @@ def report_page(results: Results) -> str:
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
     environment.filters |= {
-        "number": words.number, "p": words.probability, "size": words.size, "duration": words.duration,
+        "number": words.number, "p": unbroken_probability, "in_powers": words.in_powers,
+        "share": words.percent, "size": words.size, "duration": words.duration,
         "plain": words.plain_name, "in_words": in_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
     }  # fmt: skip
     return environment.get_template("page.html").render(**context(results))
+
+
+def unbroken_probability(value: float | None) -> str:
+    """A p-value that no line ends within."""
+    return words.probability(value).replace(" ", "\u00a0")
 
 
 def context(results: Results) -> dict[str, Any]:
@@ -99,8 +108,7 @@ def model(results: Results) -> dict[str, Any]:
             "unit": "–" if p.unit in ("", "1") else p.unit,
             "sure": p.identifiable and not p.at_bound,
             "bound": p.at_bound,
-            "remark": p.reason
-            or ("at its bound" if p.at_bound else "" if p.identifiable else "not identifiable"),
+            "remark": remark(p),
         }
         for name, p in zip(labels(fit), all_parameters(fit), strict=True)
     ]
@@ -112,6 +120,13 @@ def model(results: Results) -> dict[str, Any]:
         "correlations": correlation_figure(fit),
         "pairs": strong_pairs(fit)[:8],
     }
+
+
+def remark(p: Estimated) -> str:
+    """What is to be said of a parameter beside its value."""
+    if not p.identifiable and p.stderr > UNKNOWN * abs(p.value):
+        return "the standard error is many times the value"
+    return p.reason or ("at its bound" if p.at_bound else "" if p.identifiable else "not identifiable")
 
 
 def evidence(results: Results) -> dict[str, Any]:
@@ -130,6 +145,7 @@ def evidence(results: Results) -> dict[str, Any]:
         "not_drawn": [name for name, _ in drawn[PLOTTED:]],
         "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:3]] if plots else [],
         "rounds": [round_rows(r) for r in rounds],
+        "apart": found_apart(results),
     }  # fmt: skip
 
 
@@ -166,12 +182,21 @@ def round_rows(r: Round) -> dict[str, Any]:
     most = max((c.evidence for c in ranked), default=0.0)
     taken = taken_of(r)
     return {
-        "channels": channels,
+        "channels": [SYMBOL.get(c, c) for c in channels],
         "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
         "candidates": [candidate_row(c, most, c is taken) for c in ranked[:RANKED]],
         "more": len(ranked) - RANKED,
         "accepted": r.accepted,
     }
+
+
+def found_apart(results: Results) -> list[str]:
+    """Effects that no round took: those with a test of their own (waves, wiring)."""
+    found = results.diagnosis
+    if found is None:
+        return []
+    accepted = {r.accepted for r in found.rounds}
+    return [in_words(e.fitted.name) for e in found.effects if e.fitted.name not in accepted]
 
 
 def candidate_row(c: Candidate, most: float, taken: bool) -> dict[str, Any]:

@@ -7,10 +7,13 @@ import numpy as np
 from identify.fit import Estimated, Fit
 from preprocess.trial import FloatArray
 from validate.report.figures import Figure
+from validate.report.labels import in_words
 from validate.report.svg import line, picture, text
 from validate.report.words import number
 
-ROW, LEFT, WIDTH = 18, 110, 420
+ROW, LEFT, WIDTH = 18, 60, 420
+#: Pixels of a letter, about.
+LETTER = 6.3
 #: Correlations above this are named under the heat map.
 STRONG = 0.95
 
@@ -23,7 +26,7 @@ def all_parameters(fit: Fit) -> list[Estimated]:
 def labels(fit: Fit) -> list[str]:
     """A short name for each parameter."""
     own = [p.name for p in fit.coefficients]
-    return own + [f"{e.name}.{p.name}" for e in fit.effects for p in e.parameters]
+    return own + [f"{in_words(e.name)}: {p.name}" for e in fit.effects for p in e.parameters]
 
 
 def interval_figure(fit: Fit) -> Figure | None:
@@ -36,12 +39,15 @@ def interval_figure(fit: Fit) -> Figure | None:
     if not rows:
         return None
     height = ROW * len(rows) + 30
+    edge = max(LEFT, min(WIDTH / 2, 12 + LETTER * max(len(name) for name, _, _ in rows)))
     grid = "".join(
-        line(x := _across(v), 4, x, height - 24, "axis" if v == 0 else "grid")
+        line(x := _across(v, edge), 4, x, height - 24, "axis" if v == 0 else "grid")
         + text(x, height - 8, f"{v:.0%}".replace("-", "−"), "middle")
         for v in (-1.0, 0.0, 1.0, 2.0, 3.0)
     )
-    body = grid + "".join(_interval(12 + ROW * k, name, half, p) for k, (name, half, p) in enumerate(rows))
+    body = grid + "".join(
+        _interval(12 + ROW * k, edge, name, half, p) for k, (name, half, p) in enumerate(rows)
+    )
     unsure = sum(half >= 1 or not p.identifiable for _, half, p in rows)
     caption = "95 % intervals, as a share of the estimate; beyond 0 the sign is not known"
     label = (
@@ -50,16 +56,16 @@ def interval_figure(fit: Fit) -> Figure | None:
     return Figure(caption, picture(WIDTH, height, label, body))
 
 
-def _across(value: float) -> float:
+def _across(value: float, edge: float) -> float:
     """Pixel of a relative value between −1 and 3."""
-    return LEFT + (float(np.clip(value, -1.0, 3.0)) + 1.0) / 4.0 * (WIDTH - LEFT - 20)
+    return edge + (float(np.clip(value, -1.0, 3.0)) + 1.0) / 4.0 * (WIDTH - edge - 20)
 
 
-def _interval(y: float, name: str, half: float, p: Estimated) -> str:
+def _interval(y: float, edge: float, name: str, half: float, p: Estimated) -> str:
     style = "after" if half < 1 and p.identifiable else "before"
-    bar = line(_across(1 - half), y, _across(1 + half), y, f"interval {style}")
-    dot = f'<circle class="dot {style}" cx="{_across(1.0):.1f}" cy="{y}" r="3.2"/>'
-    return text(LEFT - 6, y + 4, name, "end") + bar + dot
+    bar = line(_across(1 - half, edge), y, _across(1 + half, edge), y, f"interval {style}")
+    dot = f'<circle class="dot {style}" cx="{_across(1.0, edge):.1f}" cy="{y}" r="3.2"/>'
+    return text(edge - 6, y + 4, name, "end") + bar + dot
 
 
 def correlation(fit: Fit) -> FloatArray:

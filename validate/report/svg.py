@@ -167,13 +167,18 @@ def _axes(name: str, axes: Axes, top: float, span: tuple[float, float], last: bo
     words = [text(LEFT - 5, float(to_y(np.array(t))) + 4, tick_text(t, y_step), "end") for t in up]
     if last:
         x_step = across[1] - across[0] if len(across) > 1 else 1.0
-        words += [text(float(to_x(np.array(t))), bottom + 14, tick_text(t, x_step), "middle") for t in across]
+        words += [_below(float(to_x(np.array(t))), bottom + 14, tick_text(t, x_step)) for t in across]
     words.append(text(11, (top + bottom) / 2, axes.label, "middle", "tick", -90))
     drawn = "".join(_drawn(s, to_x, to_y) for s in axes.series)
     window = f'<rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{axes.height}"/>'
     clip = f'<clipPath id="{name}">{window}</clipPath>'
     inner = f'<g clip-path="url(#{name})"><g transform="scale(.1)">{drawn}</g></g>'
     return clip + "".join(grid) + inner + "".join(words)
+
+
+def _below(x: float, y: float, words: str) -> str:
+    """A number under its tick, moved to the left where it would leave the picture."""
+    return text(min(x, WIDTH - 1 - 3.4 * len(words)), y, words, "middle")
 
 
 def _drawn(s: Series, to_x: object, to_y: object) -> str:

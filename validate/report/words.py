@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
+from dataclasses import replace
 
 from identify.fit import Estimated, Fit, FittedEffect
 from validate.diagnosis import Results, TakenEffect, Verdict
 from validate.report.labels import in_words
 
 DEGREES = 180.0 / math.pi
+#: The last decimal that is written out, and the largest number; beyond, powers of ten.
+FINEST, LARGEST = -7, 1e6
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
 
@@ -37,7 +41,7 @@ def plus_minus(value: float | None, error: float | None) -> str:
     if error is None or not math.isfinite(error) or error <= 0 or value is None or not math.isfinite(value):
         return number(value, 4)
     last = last_digit(error)
-    if last < -6 or abs(value) >= 1e6:
+    if last < FINEST or max(abs(value), error) >= LARGEST:
         return f"{number(value, 4)} ± {number(error, 2)}"
     decimals = max(0, -last)
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
@@ -55,7 +59,7 @@ def interval(value: float, error: float) -> str:
         return "–"
     low, high = value - 1.96 * error, value + 1.96 * error
     last = last_digit(error) if error > 0 else -4
-    if last < -6:
+    if last < FINEST or max(abs(low), abs(high)) >= LARGEST:
         return f"[{number(low)}, {number(high)}]"
     decimals = max(0, -last)
     return f"[{low:.{decimals}f}, {high:.{decimals}f}]".replace("-", "−")
@@ -66,6 +70,13 @@ def share(value: float | None) -> str:
     if value is None or not math.isfinite(value):
         return "–"
     return f"{value:.3f}".replace("-", "−") if value > -10 else number(value)
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage; above ten times the whole only that."""
+    if share is None or not math.isfinite(share):
+        return "–"
+    return "> 1000 %" if share > 10 else f"{100 * share:.1f} %" if share < 0.0995 else f"{100 * share:.0f} %"
 
 
 def probability(value: float | None) -> str:
@@ -109,6 +120,19 @@ def joined(items: Iterable[str], last: str = "and") -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}" if words else ""
 
 
+def in_powers(text: str) -> str:
+    """``4.91e-05`` as ``4.91·10⁻⁵``."""
+    return re.sub(r"(?<=\d)e([+-]?\d+)", lambda found: f"·10{superscript(int(found[1]))}", text)
+
+
+def as_period(p: Estimated) -> Estimated:
+    """A frequency as its period, s, which is what a person sees; anything else as it is."""
+    if p.name != "frequency" or p.unit != "rad/s" or not p.value > 0:
+        return p
+    value = 2 * math.pi / p.value
+    return replace(p, name="period", value=value, stderr=value * p.stderr / p.value, unit="s")
+
+
 def for_reading(p: Estimated) -> tuple[float, float, str]:
     """Value, error and unit with angles in degrees."""
     if p.unit == "rad" or p.unit.startswith("rad/"):
@@ -126,7 +150,7 @@ def quantity(p: Estimated, errors: bool = True) -> str:
 
 def effect_words(effect: FittedEffect, errors: bool = True) -> str:
     """One effect as a noun phrase with its numbers, and their errors if wanted."""
-    values = {p.name: quantity(p, errors) for p in effect.parameters}
+    values = {p.name: quantity(p, errors) for p in map(as_period, effect.parameters)}
     if effect.name == "current" and {"speed", "direction"} <= values.keys():
         return f"a current of {values['speed']} flowing to {values['direction']}"
     if effect.name == "wind" and {"speed", "direction"} <= values.keys():
