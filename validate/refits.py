@@ -8,12 +8,16 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted
+from identify.base_fit import FAR, SHORT, Fitted, fit_from_scratch, fit_states
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
+from identify.structure import Structure
 from identify.windows import first_states
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
+from validate.scan import best_value
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Below this cost per degree of freedom a refit converges from where the base is.
 NEAR = 1.5
@@ -44,8 +48,19 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     moved = min((search(p, first, budget=0) for p in ways), key=_total)
     if fitted.chi2_per_dof < NEAR:
         return went_on(Fitted(problem, prior, moved), 20, target)
-    anew = search(start_by_regression(structure, screened.p, problem.stretches), first, budget=2)
+    anew = search(*_other_start(structure, screened, fitted), budget=2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
+
+
+def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
+    problem, first = base.problem, base.solution.first
+    value = best_value(structure, problem.stretches)
+    if value is None:
+        return start_by_regression(structure, screened.p, problem.stretches), first
+    length = min(SHORT, problem.length)
+    p = fit_from_scratch(structure, problem.stretches, value, length=length, rounds=0).solution.p
+    return p, fit_states(problem, structure, p).first
 
 
 def _total(solution: Solution) -> float:

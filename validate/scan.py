@@ -1,0 +1,69 @@
+"""Values of an effect between log and hull, looked at one by one through the accelerations.
+
+The prediction error has narrow valleys where an actuator does something else than its log: all coefficients must
+follow. A regression of the accelerations finds them at once for each value, so that a whole range can be looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.base_fit import null_parameters
+from identify.effect import Active
+from identify.regression import accelerations, predicted, regressors, start_by_regression
+from identify.stretch import Stretch
+from identify.structure import Structure
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: The range looked at reaches from the least start divided by this to the largest times this, in so many steps.
+BEYOND, STEPS = 3.0, 16
+#: Accelerations are slopes over this time either way, s.
+SLOPE = 1.0
+#: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
+WORTH = 0.2
+
+
+def best_value(structure: Structure, stretches: Sequence[Stretch]) -> FloatArray | None:
+    """Parameters (np,) with the last effect's only parameter where the accelerations want it.
+
+    None where the effect has several parameters or none to look at, or where no value is clearly better than none.
+    """
+    active = structure.actives[-1]
+    mine = [k for k, s in enumerate(structure.slots) if s.effect == len(structure.actives) - 1]
+    if len(mine) != 1 or not _between_log_and_hull(active) or not structure.slots[mine[0]].parameter.starts:
+        return None
+    [place] = mine
+    parameter = structure.slots[place].parameter
+    found = []
+    for value in (parameter.null, *_values(parameter.starts)):
+        p = null_parameters(structure)
+        p[place] = np.clip(value, *parameter.bounds)
+        found.append((_misfit(structure, p, stretches), p))
+    null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
+    return best if null - least > WORTH else None
+
+
+def _between_log_and_hull(active: Active) -> bool:
+    return bool(active.effect.actuator or active.effect.input_delay or active.effect.gain)
+
+
+def _values(starts: Sequence[float]) -> FloatArray:
+    """A range around the starts, by equal factors; to both signs where the starts have both."""
+    size = np.abs(np.array(starts))
+    up = np.geomspace(size.min() / BEYOND, size.max() * BEYOND, STEPS)
+    return np.concatenate([-up, up]) if min(starts) < 0 < max(starts) else up
+
+
+def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
+    """Log of the regression's squared errors over the accelerations' variance, channels added."""
+    q = start_by_regression(structure, p, tuple(stretches))
+    errors, scales = [], []
+    for s in stretches:
+        target = accelerations(s, max(1, round(SLOPE / s.h)))
+        errors.append(target - predicted(structure, q, regressors(structure, q, s)))
+        scales.append(target)
+    square = np.mean(np.vstack(errors) ** 2, axis=0) / (np.var(np.vstack(scales), axis=0) + 1e-12)
+    return float(np.sum(np.log(square + 1e-6)))
