@@ -113,7 +113,7 @@ def send_hull(rec: rr.RecordingStream, name: str, part: str, clock: Clock, t: Fl
 
 
 def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit) -> None:
-    """Arrows of current and wind at the track's corner, long enough to be seen; the label has the number."""
+    """Arrows of current and wind at the track's corner, long enough to be seen; the number stands above."""
     place = table[["x", "y"]].to_numpy(np.float64)
     place = place[np.isfinite(place).all(axis=1)]
     if not len(place):
@@ -127,7 +127,13 @@ def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit
             vectors=vector,
             origins=start,
             colors=COLOURS[kind],
-            labels=f"{kind} {speed:.2f} m/s",
             radii=rr.Radius.ui_points(3.0),
         )
         rec.log(entities.plan(name, kind), look, static=True)
+        above = np.column_stack(
+            [start[:, 0], np.minimum(start[:, 1], start[:, 1] + vector[:, 1]) - 0.05 * span]
+        )
+        words = rr.Points2D(
+            above, labels=f"{kind} {speed:.2f} m/s", colors=COLOURS[kind], radii=0.0, show_labels=True
+        )
+        rec.log(f"{entities.plan(name, kind)}/words", words, static=True)

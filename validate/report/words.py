@@ -12,8 +12,8 @@ from validate.diagnosis import Results, TakenEffect, Verdict
 from validate.report.labels import in_words
 
 DEGREES = 180.0 / math.pi
-#: The last decimal that is written out, and the largest number; beyond, powers of ten.
-FINEST, LARGEST = -7, 1e6
+#: The last decimal that is written out, and the smallest and largest number; beyond, powers of ten.
+FINEST, SMALL, LARGEST = -7, 1e-3, 1e6
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
 
@@ -41,10 +41,15 @@ def plus_minus(value: float | None, error: float | None) -> str:
     if error is None or not math.isfinite(error) or error <= 0 or value is None or not math.isfinite(value):
         return number(value, 4)
     last = last_digit(error)
-    if last < FINEST or max(abs(value), error) >= LARGEST:
+    if beyond_decimals(last, max(abs(value), error)):
         return f"{number(value, 4)} ± {number(error, 2)}"
     decimals = max(0, -last)
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
+
+
+def beyond_decimals(last: int, largest: float) -> bool:
+    """Whether numbers up to ``largest`` with this last digit read better as powers of ten."""
+    return last < FINEST or largest >= LARGEST or (largest < SMALL and last < -5)
 
 
 def last_digit(error: float) -> int:
@@ -59,7 +64,7 @@ def interval(value: float, error: float) -> str:
         return "–"
     low, high = value - 1.96 * error, value + 1.96 * error
     last = last_digit(error) if error > 0 else -4
-    if last < FINEST or max(abs(low), abs(high)) >= LARGEST:
+    if beyond_decimals(last, max(abs(low), abs(high))):
         return f"[{number(low)}, {number(high)}]"
     decimals = max(0, -last)
     return f"[{low:.{decimals}f}, {high:.{decimals}f}]".replace("-", "−")
