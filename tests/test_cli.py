@@ -203,6 +203,7 @@ def test_an_interrupt_leaves_nothing(cli, folder, monkeypatch):
     monkeypatch.setattr("seatrial.pipeline.read_log", interrupted)
     status, _, err = cli("run", folder)
     assert status == 130
+    assert err.endswith("Interrupted: nothing half-written is left.\n")
     assert "Traceback" not in err
     assert sorted(p.name for p in folder.iterdir()) == ["campaign.toml", "run.csv"]
 

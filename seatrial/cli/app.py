@@ -13,6 +13,8 @@ from typing import Annotated
 
 import typer
 
+from seatrial.cli.reporting import interruptible
+
 COMMANDS = (
     "demo", "inspect", "init", "run", "compare", "capture", "replay", "recover", "simulate", "view", "fleet",
     "schema",
@@ -39,7 +41,7 @@ def make_app() -> typer.Typer:
     for name in COMMANDS:
         module = f"seatrial.cli.{name}_command"
         if importlib.util.find_spec(module) is not None:
-            app.command(name)(importlib.import_module(module).command)
+            app.command(name)(interruptible(importlib.import_module(module).command))
     return app
 
 

@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import sys
 import traceback
+from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import typer
 
 if TYPE_CHECKING:
     from ingest.errors import SeatrialError
 
+P = ParamSpec("P")
+R = TypeVar("R")
+
 INTERRUPTED = 130
+
+
+class Interrupted(Exception):
+    """Ctrl-C as an exception: the library of the command line would end at a ``KeyboardInterrupt`` without a word."""
+
+
+def interruptible(command: Callable[P, R]) -> Callable[P, R]:
+    """The same command; Ctrl-C ends it as `Interrupted`."""
+
+    @functools.wraps(command)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except KeyboardInterrupt as error:
+            raise Interrupted from error
+
+    return call
 
 
 def prepare_streams() -> None:
@@ -49,8 +71,8 @@ class Reporting:
 
 def report(error: BaseException) -> int:
     """Say what went wrong; the exit status."""
-    if isinstance(error, KeyboardInterrupt):
-        complain("nothing was written.", "Interrupted")
+    if isinstance(error, (KeyboardInterrupt, Interrupted)):
+        complain("nothing half-written is left.", "Interrupted")
         return INTERRUPTED
     expected = as_expected(error)
     if expected is not None:

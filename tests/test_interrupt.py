@@ -1,0 +1,87 @@
+"""Ctrl-C for real: a signal to the whole process group, as a terminal sends it, at every stage of a run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from seatrial.demonstration import demo_source
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
+SCRIPT = Path(sys.executable).parent / "seatrial"
+
+
+class Started:
+    """A command in a process group of its own; what it says is read as it comes."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.process = subprocess.Popen(
+            [str(SCRIPT), *words],
+            cwd=folder,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        self.said = ""
+        self.reader = threading.Thread(target=self._read)
+        self.reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stderr is not None
+        with self.process.stderr as stream:
+            for line in stream:
+                self.said += line
+
+    def until(self, there: Callable[[str], bool], patience: float = 120.0) -> None:
+        last = time.monotonic() + patience
+        while not there(self.said):
+            assert self.process.poll() is None, f"ended too early: {self.said}"
+            assert time.monotonic() < last, self.said
+            time.sleep(0.005)
+
+    def interrupted(self) -> int:
+        os.killpg(self.process.pid, signal.SIGINT)
+        status = self.process.wait(30)
+        self.reader.join(10)
+        return status
+
+
+@pytest.fixture
+def folder(tmp_path):
+    shutil.copytree(demo_source(), tmp_path / "demo", ignore=shutil.ignore_patterns(".*", "results"))
+    return tmp_path / "demo"
+
+
+def unfinished(folder: Path) -> list[Path]:
+    return list(folder.glob(".results-*/results/*"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", ["start", "identify", "write"])
+def test_an_interrupted_run_leaves_what_was_there_and_nothing_else(folder, stage):
+    (folder / "results").mkdir()
+    (folder / "results" / "report.json").write_text("old")
+    before = {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    run = Started(folder, "run", ".", "--no-loop")
+    moment = {
+        "start": lambda said: "Reading" in said,
+        "identify": lambda said: "Preprocessing" in said,
+        "write": lambda said: bool(unfinished(folder)),
+    }
+    run.until(moment[stage])
+    status = run.interrupted()
+    assert status == 130, run.said
+    assert run.said.endswith("Interrupted: nothing half-written is left.\n")
+    assert "Traceback" not in run.said
+    assert {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
+    assert not list(folder.glob(".results-*"))
