@@ -10,7 +10,7 @@ import numpy as np
 from identify.joined import Joined, chain_of, join, spreads
 from identify.models import MODEL_BY_NAME, terms_for
 from identify.noise import calibrated
-from identify.output_error import Prior, Solution, prior_for, solve
+from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
@@ -24,6 +24,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
 SHORT, LONG = 8.0, 30.0
+#: A length of the windows is gone on with so many times, each with weights as they are by then, before they are made
+#: longer.
+PATIENCE = 4
 #: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
 FAR = 3.0
 #: Below this cost per degree of freedom a model is at the noise.
@@ -100,11 +103,14 @@ def fit_from_scratch(
         started = fit_states(longer, structure, p)
         if not np.isfinite(started.cost):
             break
-        problem = calibrated(longer, started)
-        solution = solve(
-            problem, structure, p, started.first, prior, budget=25, tolerance=1e-4 * problem.rows
-        )
-        problem, p = calibrated(problem, solution), solution.p
+        problem, solution = calibrated(longer, started), started
+        for _ in range(PATIENCE):
+            solution = solve(
+                problem, structure, p, solution.first, prior, budget=25, tolerance=1e-4 * problem.rows
+            )
+            problem, p = calibrated(problem, solution), solution.p
+            if solution.stopped is not Stopped.BUDGET:
+                break
     for _ in range(rounds + 1):
         found = Fitted(problem, prior, solution)
         solution = solve(
