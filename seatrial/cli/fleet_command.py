@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,8 @@ from seatrial.cli.run_command import cores
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from seatrial.cli.stage_lines import StageLines
 
 
 def command(
@@ -43,6 +46,7 @@ def command(
     """
     from ingest.errors import DataError
     from seatrial.campaign.options import check_name
+    from seatrial.cli.stage_lines import StageLines
     from seatrial.fleet_run import Options, campaigns_in, checked_summary, fleet, voyages
 
     for option, name in (("model", model), ("estimator", estimator), ("optimiser", optimiser)):
@@ -50,14 +54,16 @@ def command(
             check_name(option, name)
     options = Options(model, estimator, optimiser, seed, not no_loop)
     planned = voyages(campaigns_in(campaigns), options, results)
-    table = fleet(
-        planned,
-        checked_summary(out),
-        workers=workers or cores(),
-        scheduler=scheduler,
-        again=again,
-        tell=_silent if quiet else _tell,
-    )
+    with StageLines(quiet=quiet, lines=False) as progress:
+        progress("fleet", "", 0.0)
+        table = fleet(
+            planned,
+            checked_summary(out),
+            workers=workers or cores(),
+            scheduler=scheduler,
+            again=again,
+            tell=partial(_tell, progress),
+        )
     if not quiet:
         _show(table, out)
     failed = int((table["status"] != "done").sum())
@@ -65,13 +71,11 @@ def command(
         raise DataError(f"{failed} of {len(table)} campaigns gave no results; {out} says why.")
 
 
-def _silent(row: dict[str, Any], count: int, total: int) -> None:
-    """Say nothing."""
-
-
-def _tell(row: dict[str, Any], count: int, total: int) -> None:
-    what = row.get("verdict") or row["status"]
-    typer.echo(f"{count}/{total}  {Path(row['campaign']).parent.name}: {what}", err=True)
+def _tell(progress: StageLines, row: dict[str, Any], count: int, total: int) -> None:
+    """A line per campaign that is done, above the bar."""
+    name, what = Path(row["campaign"]).parent.name, row.get("verdict") or row["status"]
+    progress.say(f"{count}/{total}  {name}: {what}")
+    progress("fleet", f"{count} of {total}", count / total)
 
 
 def _show(table: pd.DataFrame, out: Path) -> None:

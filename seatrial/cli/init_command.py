@@ -21,12 +21,15 @@ def command(
     """
     from ingest.errors import UsageError
     from seatrial.campaign.load import FILENAME
+    from seatrial.cli.stage_lines import StageLines
     from seatrial.initial import initial_campaign
 
     file = folder / FILENAME
     if file.exists():
         raise UsageError(f"{file} is there already; `seatrial init` does not overwrite it.")
-    start = initial_campaign(folder)
+    with StageLines(lines=False) as progress:
+        progress("ingest", folder.name)
+        start = initial_campaign(folder)
     with file.open("x", encoding="utf-8") as stream:
         stream.write(start.text)
     skipped = f"; no logs: {', '.join(start.skipped)}" if start.skipped else ""

@@ -37,6 +37,7 @@ def command(
 
         seatrial inspect run.dat --dialect "columns=t x y psi_deg" --dialect skip=4
     """
+    from seatrial.cli.stage_lines import StageLines
     from seatrial.inspection import inspect_log
     from seatrial.reader_choice import ReaderChoice, chosen_for, dialect_of
 
@@ -44,7 +45,9 @@ def command(
     facts = []
     for path in logs:
         choice = chosen_for(path, asked)
-        facts.append(inspect_log(choice.read(path)))
+        with StageLines(quiet=json, lines=False) as progress:
+            progress("ingest", path.name)
+            facts.append(inspect_log(choice.read(path)))
         if not json:
             print_facts(facts[-1], choice.told_by)
     if json:

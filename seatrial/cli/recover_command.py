@@ -22,8 +22,11 @@ def command(
         seatrial recover trial.mcap
     """
     from seatrial.capture.recovery import recover
+    from seatrial.cli.stage_lines import StageLines
 
-    done = recover(file, out)
+    with StageLines(lines=False) as progress:
+        progress("recover", file.name)
+        done = recover(file, out)
     if not done.findings:
         typer.echo(f"{file}: whole, {done.messages:,} messages; there is nothing to mend")
         return

@@ -46,6 +46,7 @@ def command(
     import json as text
 
     from identify.simulate import parse_order, simulate
+    from seatrial.cli.stage_lines import StageLines
     from seatrial.models import load_model
     from seatrial.operating_point import with_operating_point
 
@@ -55,7 +56,11 @@ def command(
         dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
         for m in manoeuvre or _possible(fit.inputs)
     ]
-    done = [simulate(fit, order, seed) for order in orders]
+    done: list[Manoeuvre] = []
+    with StageLines(quiet=json, lines=False) as progress:
+        for order in orders:
+            progress("simulate", order.title, len(done) / len(orders))
+            done.append(simulate(fit, order, seed))
     if out is not None:
         from seatrial.manoeuvre_plot import plot_manoeuvres
 

@@ -24,13 +24,17 @@ NAMES = {
     "diagnose": "Diagnosing",
     "validate": "Validating",
     "write": "Writing",
+    "simulate": "Sailing",
+    "fleet": "Campaigns",
+    "recover": "Mending",
 }
 
 
 class StageLines:
-    """A listener to progress: bars on a terminal, one plain line per finished stage elsewhere."""
+    """A listener to progress: bars on a terminal; elsewhere one plain line per finished stage, if wanted."""
 
-    def __init__(self, quiet: bool = False) -> None:
+    def __init__(self, quiet: bool = False, lines: bool = True) -> None:
+        self.lines = lines
         self.console = Console(stderr=True, quiet=quiet)
         self.live = self.console.is_terminal and not quiet
         self.bars = Progress(
@@ -72,12 +76,16 @@ class StageLines:
         if stage not in self.tasks:
             self.tasks[stage] = self.bars.add_task(NAMES.get(stage, stage.capitalize()), total=None, text="")
 
+    def say(self, line: str) -> None:
+        """A line above the bars."""
+        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
     def finish(self) -> None:
         """Mark the stage that is under way as done."""
         if self.stage is None:
             return
         self.bars.update(self.tasks[self.stage], total=1.0, completed=1.0, text="")
-        if not self.live:
+        if not self.live and self.lines:
             seconds = time.perf_counter() - self.began
             name = NAMES.get(self.stage, self.stage.capitalize())
             self.console.print(f"{name:<14}{seconds:6.1f} s", markup=False, highlight=False)
