@@ -280,3 +280,17 @@ def state_of(url, file):
         client.take_screenshot()
         return client.get_state()
     return None
+
+
+def test_a_hopeless_candidate_does_not_squash_the_bars_of_the_others(tmp_path):
+    results = example_results(logs=1, duration=10.0)
+    first = results.diagnosis.rounds[0]
+    hopeless = replace(first.candidates[-1], evidence=-18_000.0)
+    turn = replace(first, candidates=(*first.candidates, hopeless))
+    changed = replace(results, diagnosis=replace(results.diagnosis, rounds=(turn,)))
+    write_recording(changed, tmp_path / "x.rrd")
+    (chunk,) = read(tmp_path / "x.rrd")[f"{entities.DIAGNOSIS}/round_1/candidates"]
+    drawn = np.array(chunk.to_record_batch()["BarChart:values"].to_pylist()[0][0]["buffer"])
+    assert len(drawn) == len(turn.candidates)
+    assert drawn.max() == max(c.evidence for c in first.candidates)
+    assert drawn.min() >= -0.2 * drawn.max()

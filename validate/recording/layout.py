@@ -70,7 +70,7 @@ def log_tab(view: LogView) -> rrb.Horizontal:
         flat.append(rrb.MapView(origin=f"{root}/map", name="Map", background=rrb.MapProvider.OpenStreetMap))
     inputs = [plot(f"{root}/inputs/{i}", f"input {i}", view.span, 0.45) for i in map(slug, view.inputs)]
     left = rrb.Vertical(rrb.Tabs(*flat, active_tab=0), *inputs, row_shares=[3.0, *[1.0] * len(inputs)])
-    channels = rrb.Vertical(*(plot(f"{root}/prediction/{c}", f"{c}: measured, before, after", view.span)
+    channels = rrb.Vertical(*(plot(f"{root}/prediction/{c}", f"{c}: measured and predicted", view.span)
                               for c in view.channels), name="Predictions")  # fmt: skip
     rest = rrb.Vertical(*(plot(f"{root}/residual/{c}", f"{c}: measured − predicted", view.span)
                           for c in view.channels), name="Residuals")  # fmt: skip
@@ -101,7 +101,9 @@ def diagnosis_tab(rounds: int) -> rrb.Vertical:
     turns = [
         rrb.Horizontal(
             rrb.BarChartView(
-                origin=f"{root}/round_{k}/candidates", name=f"Evidence of the candidates, round {k}"
+                origin=f"{root}/round_{k}/candidates",
+                name=f"Evidence of the candidates by rank, round {k}",
+                plot_legend=rrb.PlotLegend(visible=False),
             ),
             rrb.TextDocumentView(origin=f"{root}/round_{k}/table", name=f"Round {k}"),
             name=f"Round {k}",

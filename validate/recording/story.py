@@ -13,6 +13,9 @@ from validate.report.markdown import diagnosis_markdown, report_markdown, round_
 from validate.report.names import slug
 from validate.report.words import headline
 
+#: A bar below zero is drawn at least so far down.
+LEAST_FLOOR = 20.0
+
 
 def send_documents(rec: rr.RecordingStream, results: Results) -> None:
     """Verdict in one sentence, the report, and each round of the search."""
@@ -31,9 +34,10 @@ def document(rec: rr.RecordingStream, path: str, words: str) -> None:
 
 
 def send_candidates(rec: rr.RecordingStream, path: str, r: Round) -> None:
-    """Evidence of each candidate as a bar, in the order of the table beside it."""
+    """Evidence of each candidate as a bar, in the order of the table beside it; what lies far below zero is cut."""
     evidence = np.sort(np.nan_to_num([c.evidence for c in r.candidates], posinf=0.0, neginf=0.0))[::-1]
     if len(evidence):
+        evidence = np.maximum(evidence, -max(LEAST_FLOOR, 0.2 * evidence[0]))
         ranks = np.arange(1, len(evidence) + 1) - 0.4
         rec.log(
             path,

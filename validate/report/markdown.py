@@ -63,7 +63,7 @@ def diagnosis_markdown(results: Results) -> str:
         for e in found.effects
     ]
     rest = table(
-        ["channel", "unexplained share"], [[k, words.number(v, 2)] for k, v in found.unexplained.items()]
+        ["channel", "unexplained share"], [[k, words.percent(v)] for k, v in found.unexplained.items()]
     )
     title = f"# {words.BADGES[found.verdict]}\n\n{found.verdict.value}"
     advice = f"**What to do next.** {advice_words(found.advice)}" if found.advice else ""
