@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -23,7 +24,7 @@ from preprocess.trial import Trial
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
-SHORT, LONG = 8.0, 30.0
+SHORTEST, SHORT, LONG = 3.0, 8.0, 30.0
 #: A length of the windows is gone on with so many times, each with weights as they are by then, before they are made
 #: longer.
 PATIENCE = 4
@@ -96,9 +97,9 @@ def fit_from_scratch(
     p = start_by_regression(structure, null_parameters(structure) if p is None else p, stretches)
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     length = window_length(structure.vessel.length) if length is None else length
-    lengths = [x for x in (SHORT, 0.5 * (SHORT + LONG)) if x < 0.8 * length]
-    problem, p, solution = _begin(structure, stretches, p, lengths[0] if lengths else length)
-    for size in [*lengths, length]:
+    lengths = _lengths(length)
+    problem, p, solution = _begin(structure, stretches, p, lengths[0])
+    for size in lengths:
         longer = cut(problem.stretches, size).weighted_as(problem)
         started = fit_states(longer, structure, p)
         if not np.isfinite(started.cost):
@@ -119,6 +120,12 @@ def fit_from_scratch(
         )  # fmt: skip
         problem = calibrated(problem, solution)
     return Fitted(problem, prior, solution)
+
+
+def _lengths(length: float) -> list[float]:
+    """Lengths of the windows on the way to the last one, each double the one before, s."""
+    doublings = max(0, math.floor(math.log2(length / SHORTEST)))
+    return [length / 2.0**k for k in range(doublings, -1, -1)]
 
 
 def _begin(
