@@ -14,7 +14,7 @@ from fixtures.make_campaign import main as make_campaign
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 #: Every page that a person writes; the reference is made from the code.
-PAGES = sorted([README, *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "how-to").glob("*.md")])
+PAGES = sorted([README, *(p for p in (ROOT / "docs").rglob("*.md") if "reference" not in p.parts)])
 #: What a test cannot do: it would install, run every test, open a window, or wait for a device.
 NOT_RUN = ("make ", "seatrial view ", "seatrial capture ", "seatrial replay trial.mcap --port")
 #: Vessel and format of the logs that a page finds in ``trials``.

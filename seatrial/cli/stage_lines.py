@@ -63,11 +63,11 @@ class StageLines:
         self.bars.stop()
 
     def __call__(self, stage: str, text: str = "", fraction: float | None = None) -> None:
-        """Show how far a stage is."""
+        """Show how far a stage is; the bar pulses until the stage tells how far it is."""
         if stage != self.stage:
             self.finish()
             self.begin(stage)
-        total = None if fraction is None else 1.0
+        total = 1.0 if fraction else None
         self.bars.update(self.tasks[stage], total=total, completed=fraction or 0.0, text=text)
 
     def begin(self, stage: str) -> None:
