@@ -23,7 +23,7 @@ from preprocess.trial import Measurement
 from validate.diagnosis import Candidate, ChannelScore, Round, Verdict
 from validate.report import model_schema, read_model, report_of, report_schema, write_model
 from validate.report.contents import gaps
-from validate.report.labels import advice_words, in_words, taken_of
+from validate.report.labels import advice_words, bars, in_words, ranked, taken_of
 from validate.report.markdown import round_markdown
 from validate.report.model_file import ModelFileError
 from validate.report.names import file_names, slug
@@ -404,21 +404,25 @@ def test_a_candidate_has_its_full_label_and_why_it_was_not_refitted(results):
         tried("current", "current", 20.0),
         tried("actuator_deadband", late, 40.0, "left"),
         tried("clock_offset", late, 35.0),
+        tried("roll_coupling", f"roll_coupling: {late}", -3.0),
     )
     turn = Round((), candidates, "clock_offset")
     with_it = replace(results, diagnosis=replace(results.diagnosis, rounds=(turn,)))
     entries = report_of(with_it).diagnosis.rounds[0].candidates
     assert [(c.label, c.note) for c in entries] == [
-        ("actuator_deadband (left)", late),
-        ("clock_offset", late),
         ("clock_offset (inputs)", ""),
         ("current", ""),
+        ("actuator_deadband (left)", late),
+        ("clock_offset", late),
+        ("roll_coupling", late),
     ]
     assert taken_of(turn) is candidates[0]
     page = report_page(with_it)
     assert "clock offset (inputs) ✓ taken" in page
     assert page.count("✓ taken") == 1
     assert late in page
+    assert bars(ranked(turn)) == [1.0, 20 / 30, 1.0, 1.0, 0.0]
+    assert page.count("not refitted: a first look") == 2
     assert "| clock offset (inputs) |" in round_markdown(1, turn)
 
 

@@ -9,6 +9,7 @@ from preprocess.trial import Trial
 from validate.diagnosis import Results, Round
 from validate.recording import entities
 from validate.recording.stream import Clock
+from validate.report.labels import ranked
 from validate.report.markdown import diagnosis_markdown, report_markdown, round_markdown
 from validate.report.names import slug
 from validate.report.words import headline
@@ -35,9 +36,9 @@ def document(rec: rr.RecordingStream, path: str, words: str) -> None:
 
 def send_candidates(rec: rr.RecordingStream, path: str, r: Round) -> None:
     """Evidence of each candidate as a bar, in the order of the table beside it; what lies far below zero is cut."""
-    evidence = np.sort(np.nan_to_num([c.evidence for c in r.candidates], posinf=0.0, neginf=0.0))[::-1]
+    evidence = np.nan_to_num([c.evidence for c in ranked(r)], posinf=0.0, neginf=0.0)
     if len(evidence):
-        evidence = np.maximum(evidence, -max(LEAST_FLOOR, 0.2 * evidence[0]))
+        evidence = np.maximum(evidence, -max(LEAST_FLOOR, 0.2 * evidence.max()))
         ranks = np.arange(1, len(evidence) + 1) - 0.4
         rec.log(
             path,

@@ -22,7 +22,7 @@ from validate.diagnosis import (
     Validation,
 )
 from validate.report import schema
-from validate.report.labels import label_of, remark_of
+from validate.report.labels import label_of, ranked, remark_of
 from validate.report.schema import plain
 
 #: An interval counts as a gap above this many sample times.
@@ -201,14 +201,13 @@ def candidate_entry(c: Candidate) -> schema.CandidateEntry:
 
 
 def round_entry(r: Round) -> schema.RoundEntry:
-    """One turn of the loop; candidates best first."""
+    """One turn of the loop; candidates best first, those that were refitted before the others."""
     tests = [
         schema.ResidualTestEntry(name=t.name, channel=t.channel, statistic=t.statistic, p_value=t.p_value)
         for t in r.residual_tests
     ]
-    ranked = sorted(r.candidates, key=lambda c: -c.evidence if np.isfinite(c.evidence) else np.inf)
     return schema.RoundEntry(
-        residual_tests=tests, candidates=[candidate_entry(c) for c in ranked], accepted=r.accepted
+        residual_tests=tests, candidates=[candidate_entry(c) for c in ranked(r)], accepted=r.accepted
     )
 
 

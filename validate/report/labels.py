@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+
 from identify.effects import EFFECTS
 from validate.diagnosis import Candidate, Round
 
+#: How the remark on a candidate that was only looked at begins.
+NOT_REFITTED = "not refitted"
 #: What has underscores in sentences: effects, and the streams of a sensor.
 _NAMES = sorted({e.name for e in EFFECTS if "_" in e.name} | {"yaw_rate"}, key=len, reverse=True)
 _NAME = re.compile(rf"(?<![\w./-])(?:{'|'.join(_NAMES)})(?!\w|[./-]\w)")
@@ -33,6 +37,12 @@ def remark_of(c: Candidate) -> str:
     return _parts(c)[1]
 
 
+def short_remark_of(c: Candidate) -> str:
+    """The remark beside a number that stands for itself: one that promises much did not gain too little."""
+    promising = c.evidence > 0 and not refitted(c)
+    return f"{NOT_REFITTED}: a first look" if promising else remark_of(c)
+
+
 def _parts(c: Candidate) -> tuple[str, str]:
     """A note is the label, or the label, a colon and a remark, or a remark alone."""
     found = re.fullmatch(rf"({re.escape(c.effect)}(?: \([^()]*\))?)(?:: (.*))?", c.note)
@@ -41,8 +51,28 @@ def _parts(c: Candidate) -> tuple[str, str]:
     return c.effect + (f" ({c.input})" if c.input else ""), c.note
 
 
+def refitted(c: Candidate) -> bool:
+    """Whether the evidence is that of a fit; else it is what a first look promises."""
+    return not remark_of(c).startswith(NOT_REFITTED)
+
+
+def ranked(r: Round) -> list[Candidate]:
+    """Candidates of a round: those refitted by their evidence, then the others by what a first look promises."""
+    return sorted(
+        r.candidates, key=lambda c: (not refitted(c), -c.evidence if np.isfinite(c.evidence) else np.inf)
+    )
+
+
+def bars(candidates: list[Candidate]) -> list[float]:
+    """Length of each candidate's bar, 0 to 1 of the most evidence of those that were refitted."""
+    known = [c.evidence for c in candidates if refitted(c) and c.evidence > 0]
+    most = max(known or [c.evidence for c in candidates], default=0.0)
+    return [
+        min(1.0, max(0.0, c.evidence / most)) if most > 0 and np.isfinite(c.evidence) else 0.0
+        for c in candidates
+    ]
+
+
 def taken_of(r: Round) -> Candidate | None:
     """The candidate that a round took: of several of that name the best that was refitted."""
-    named = [c for c in r.candidates if c.effect == r.accepted]
-    refitted = [c for c in named if not remark_of(c)] or named
-    return max(refitted, key=lambda c: c.evidence, default=None)
+    return next((c for c in ranked(r) if c.effect == r.accepted), None)

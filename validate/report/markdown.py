@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from validate.diagnosis import Results, Round
 from validate.report import words
-from validate.report.labels import advice_words, in_words, label_of, remark_of, taken_of
+from validate.report.labels import advice_words, in_words, label_of, ranked, short_remark_of, taken_of
 from validate.report.parameters import all_parameters, labels
 from validate.report.scores import has_two, score_rows
 
@@ -72,12 +72,11 @@ def diagnosis_markdown(results: Results) -> str:
 
 def round_markdown(number: int, r: Round) -> str:
     """Candidates by rank, and the residual tests."""
-    ranked = sorted(r.candidates, key=lambda c: -c.evidence)
     taken = taken_of(r)
     rows = [
         [str(k), in_words(label_of(c)), words.number(c.evidence),
-         words.probability(c.p_value), "taken" if c is taken else remark_of(c)]
-        for k, c in enumerate(ranked, start=1)
+         words.probability(c.p_value), "taken" if c is taken else short_remark_of(c)]
+        for k, c in enumerate(ranked(r), start=1)
     ]  # fmt: skip
     tests = [[words.plain_name(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]
     outcome = f"{words.plain_name(r.accepted)} taken" if r.accepted else "nothing taken"

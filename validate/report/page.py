@@ -15,7 +15,16 @@ from validate.diagnosis import Candidate, Results, Round
 from validate.report import words
 from validate.report.contents import logs_with_trials, report_of, seatrial_version
 from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, input_figure
-from validate.report.labels import advice_words, in_words, label_of, remark_of, taken_of
+from validate.report.labels import (
+    advice_words,
+    bars,
+    in_words,
+    label_of,
+    ranked,
+    refitted,
+    short_remark_of,
+    taken_of,
+)
 from validate.report.names import slug
 from validate.report.parameters import (
     all_parameters,
@@ -178,14 +187,16 @@ def round_rows(r: Round) -> dict[str, Any]:
     names = list(dict.fromkeys(t.name for t in r.residual_tests))
     channels = list(dict.fromkeys(t.channel for t in r.residual_tests))
     value = {(t.name, t.channel): t.p_value for t in r.residual_tests}
-    ranked = sorted(r.candidates, key=lambda c: -c.evidence)
-    most = max((c.evidence for c in ranked), default=0.0)
+    order = ranked(r)
     taken = taken_of(r)
     return {
         "channels": [SYMBOL.get(c, c) for c in channels],
         "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
-        "candidates": [candidate_row(c, most, c is taken) for c in ranked[:RANKED]],
-        "more": len(ranked) - RANKED,
+        "candidates": [
+            candidate_row(c, share, c is taken)
+            for c, share in list(zip(order, bars(order), strict=True))[:RANKED]
+        ],
+        "more": len(order) - RANKED,
         "accepted": r.accepted,
     }
 
@@ -199,7 +210,7 @@ def found_apart(results: Results) -> list[str]:
     return [in_words(e.fitted.name) for e in found.effects if e.fitted.name not in accepted]
 
 
-def candidate_row(c: Candidate, most: float, taken: bool) -> dict[str, Any]:
+def candidate_row(c: Candidate, share: float, taken: bool) -> dict[str, Any]:
     """One candidate as it is shown."""
     scale = {name: factor for name, _, _, factor in CHANNELS}
     change = [
@@ -210,10 +221,11 @@ def candidate_row(c: Candidate, most: float, taken: bool) -> dict[str, Any]:
     return {
         "name": in_words(label_of(c)),
         "evidence": c.evidence,
-        "bar": round(100 * c.evidence / most, 1) if most > 0 and c.evidence > 0 else 0,
+        "bar": round(100 * share, 1),
+        "looked": not refitted(c),
         "p_value": c.p_value,
         "change": change,
-        "note": remark_of(c),
+        "note": short_remark_of(c),
         "taken": taken,
     }
 
