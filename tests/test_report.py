@@ -487,6 +487,16 @@ def test_the_last_number_below_an_axis_stays_in_the_picture():
     assert max(ends) <= 420
 
 
+def test_a_name_longer_than_its_axis_stands_above_it_and_rest_has_round_numbers():
+    t = np.linspace(0.0, 10.0, 11)
+    axes = [Axes("azimuth_starboard, °", (Series("smooth", t, 0 * t),), limits_of([0 * t]), 40)]
+    svg = stack("a", "x", axes, (0.0, 10.0))
+    assert re.search(r'class="small"[^>]*>azimuth_starboard, °<', svg)
+    assert "rotate" not in svg
+    assert "0.000" not in svg
+    assert "rotate" in stack("a", "x", [replace(axes[0], height=130)], (0.0, 10.0))
+
+
 def test_units_leave_the_one_fit_of_a_run_that_took_nothing():
     results = example_results(logs=1, duration=10.0, loop=False)
     same = with_input_units(results)

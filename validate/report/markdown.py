@@ -78,8 +78,8 @@ def round_markdown(number: int, r: Round) -> str:
          words.probability(c.p_value), "taken" if c is taken else short_remark_of(c)]
         for k, c in enumerate(ranked(r), start=1)
     ]  # fmt: skip
-    tests = [[words.plain_name(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]
-    outcome = f"{words.plain_name(r.accepted)} taken" if r.accepted else "nothing taken"
+    tests = [[in_words(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]
+    outcome = f"{in_words(r.accepted)} taken" if r.accepted else "nothing taken"
     candidates = (
         table(["rank", "candidate", "evidence", "p", ""], rows) if rows else "No candidate was tried."
     )

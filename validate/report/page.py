@@ -68,7 +68,7 @@ def report_page(results: Results) -> str:
     environment.filters |= {
         "number": words.number, "p": unbroken_probability, "in_powers": words.in_powers,
         "share": words.percent, "size": words.size, "duration": words.duration,
-        "plain": words.plain_name, "in_words": in_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
+        "in_words": in_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
     }  # fmt: skip
     return environment.get_template("page.html").render(**context(results))
 

@@ -12,6 +12,8 @@ import numpy as np
 from preprocess.trial import FloatArray
 from validate.report.thinning import IntArray, extremes
 
+#: Width of a letter of a label, about, px.
+LETTER = 5.8
 #: Drawing units per pixel: integers in paths are tenths of a pixel.
 FINE = 10
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 420, 248, 52, 8, 8, 34, 12
@@ -64,7 +66,7 @@ def limits_of(
 ) -> tuple[float, float]:
     """A range that shows ``core`` whole and ``guests`` as far as ``reach`` spans beyond it."""
     low, high = finite_range(core or guests)
-    span = max(high - low, 1e-9, 0.02 * max(abs(low), abs(high)))
+    span = max(high - low, 1e-9, 0.02 * max(abs(low), abs(high))) if low or high else 1.0
     if core and guests:
         guest_low, guest_high = finite_range([*guests, *core])
         low, high = max(guest_low, low - reach * span), min(guest_high, high + reach * span)
@@ -168,12 +170,19 @@ def _axes(name: str, axes: Axes, top: float, span: tuple[float, float], last: bo
     if last:
         x_step = across[1] - across[0] if len(across) > 1 else 1.0
         words += [_below(float(to_x(np.array(t))), bottom + 14, tick_text(t, x_step)) for t in across]
-    words.append(text(11, (top + bottom) / 2, axes.label, "middle", "tick", -90))
+    words.append(_name(axes, top, bottom))
     drawn = "".join(_drawn(s, to_x, to_y) for s in axes.series)
     window = f'<rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{axes.height}"/>'
     clip = f'<clipPath id="{name}">{window}</clipPath>'
     inner = f'<g clip-path="url(#{name})"><g transform="scale(.1)">{drawn}</g></g>'
     return clip + "".join(grid) + inner + "".join(words)
+
+
+def _name(axes: Axes, top: float, bottom: float) -> str:
+    """What a plot shows: along its axis, or above it where that is too short."""
+    if LETTER * len(axes.label) > axes.height:
+        return text(LEFT, top - 2, axes.label, "start", "small")
+    return text(11, (top + bottom) / 2, axes.label, "middle", "tick", -90)
 
 
 def _below(x: float, y: float, words: str) -> str:
