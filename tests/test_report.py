@@ -629,13 +629,16 @@ const widths = [390, 1440]; let out = [];
 for (const w of widths) { const f = document.createElement('iframe');
   f.style.width = w + 'px'; f.style.height = '900px'; f.src = 'report.html';
   f.onload = () => { const d = f.contentDocument.documentElement;
-    out.push(w + ':' + (d.scrollWidth - d.clientWidth)); document.title = out.join(' '); };
+    const cut = [...d.querySelectorAll('svg')].filter(s => { const b = s.getBoundingClientRect();
+      return [...s.querySelectorAll('text')].some(t => { const r = t.getBoundingClientRect();
+        return r.left < b.left - 1 || r.right > b.right + 1 || r.top < b.top - 1 || r.bottom > b.bottom + 1; }); });
+    out.push(w + ':' + (d.scrollWidth - d.clientWidth) + ':' + cut.length); document.title = out.join(' '); };
   document.body.append(f); }
 </script></body>"""
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_in_a_browser_nothing_overflows_and_nothing_is_complained_of(folder, tmp_path):
+def test_in_a_browser_nothing_overflows_no_label_is_cut_and_nothing_is_complained_of(folder, tmp_path):
     shutil.copy(folder / "report.html", tmp_path)
     (tmp_path / "probe.html").write_text(PROBE)
     command = [
@@ -658,7 +661,7 @@ def test_in_a_browser_nothing_overflows_and_nothing_is_complained_of(folder, tmp
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     title = re.search(r"<title>(.*?)</title>", done.stdout)
     assert title, done.stdout[:500]
-    assert sorted(title[1].split()) == ["1440:0", "390:0"]
+    assert sorted(title[1].split()) == ["1440:0:0", "390:0:0"]
     assert "CONSOLE" not in done.stderr
 
 

@@ -181,7 +181,7 @@ def _axes(name: str, axes: Axes, top: float, span: tuple[float, float], last: bo
 def _name(axes: Axes, top: float, bottom: float) -> str:
     """What a plot shows: along its axis, or above it where that is too short."""
     if LETTER * len(axes.label) > axes.height:
-        return text(LEFT, top - 2, axes.label, "start", "small")
+        return text(LEFT, max(top - 2, 9), axes.label, "start", "small")
     return text(11, (top + bottom) / 2, axes.label, "middle", "tick", -90)
 
 
