@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +26,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
 SHORTEST, SHORT, LONG = 3.0, 8.0, 30.0
+#: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
+#: less than this.
+FOLLOWS = 0.5
 #: A length of the windows is gone on with so many times, each with weights as they are by then, before they are made
 #: longer.
 PATIENCE = 4
@@ -171,31 +175,61 @@ def fit_declared(prepared: Prepared) -> Fitted:
 
 
 def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    """Fit a structure; far from the noise, by the way that predicts the same logs best, free-running.
+    """Fit a structure; far from the noise, by the length of windows that predicts the same logs best, free-running.
 
-    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, the
-    regression alone, or whole logs by windows that are joined ever more firmly, may then serve better. Which, is
-    decided on the logs of the fit.
+    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, or the
+    regression alone, may then serve better.
     """
     fitted = fit_from_scratch(structure, stretches)
     if fitted.chi2_per_dof < FAR:
         return fitted
-    others = [fit_from_scratch(structure, stretches, length=length) for length in (SHORT, 2.0 * SHORT)]
-    others += [_by_regression_alone(fitted, stretches), _by_joined_windows(fitted, stretches)]
-    return min([fitted, *others], key=free_running_misfit)
+    found = [fitted]
+    for way in QUICK_WAYS:
+        with suppress(NotIdentifiable):
+            found.append(way(structure, stretches))
+    return min(found, key=free_running_misfit)
 
 
-def _by_regression_alone(fitted: Fitted, stretches: tuple[Stretch, ...]) -> Fitted:
-    structure = fitted.solution.structure
-    return _with(fitted, start_by_regression(structure, null_parameters(structure), stretches))
+def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    """Fit a structure that stays far from the noise: over whole logs, where the model can follow those at all.
+
+    Whole logs are fitted by windows that are joined ever more firmly. Coefficients of a model that cannot follow them
+    would only be bent to what it lacks; then the lengths of windows decide as for any other.
+    """
+    quick = fit_for_prediction(structure, stretches)
+    with suppress(NotIdentifiable):
+        joined = _by_joined_windows(structure, stretches)
+        if free_running_misfit(joined) < min(FOLLOWS, free_running_misfit(quick)):
+            return joined
+    return quick
 
 
-def _by_joined_windows(fitted: Fitted, stretches: tuple[Stretch, ...]) -> Fitted:
-    structure = fitted.solution.structure
-    if structure.has_following_states or "u" not in structure.model.predicts:
-        return fitted
-    found = joined_from_simple(structure, stretches)
-    return fitted if found is None else _with(fitted, found.p)
+def _by_short_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    return fit_from_scratch(structure, stretches, length=SHORT)
+
+
+def _by_middling_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    return fit_from_scratch(structure, stretches, length=2.0 * SHORT)
+
+
+def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    p = start_by_regression(structure, null_parameters(structure), stretches)
+    return _at(structure, stretches, p)
+
+
+def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    joined = None
+    if not structure.has_following_states and "u" in structure.model.predicts:
+        joined = joined_from_simple(structure, stretches)
+    if joined is None:
+        raise NotIdentifiable("whole logs cannot be fitted free-running.")
+    return _at(structure, stretches, joined.p)
+
+
+#: A way to fit a structure to stretches.
+Way = Callable[[Structure, tuple[Stretch, ...]], Fitted]
+#: Ways that cost little.
+QUICK_WAYS: tuple[Way, ...] = (_by_short_windows, _by_middling_windows, _by_regression_alone)
 
 
 def joined_from_simple(structure: Structure, stretches: Sequence[Stretch]) -> Joined | None:
@@ -230,10 +264,15 @@ def lean_structure(structure: Structure) -> Structure | None:
     return replace(structure, model=model, setting=replace(structure.setting, terms=terms))
 
 
-def _with(fitted: Fitted, p: FloatArray) -> Fitted:
-    """The same problem with these parameters, or as it was where they run away in its windows."""
-    solution = fit_states(fitted.problem, fitted.solution.structure, p)
-    return replace(fitted, solution=solution) if np.isfinite(solution.cost) else fitted
+def _at(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:
+    """Long windows at these parameters, or short ones where they run away in those; only first states are fitted."""
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    for length in (window_length(structure.vessel.length), SHORT, SHORTEST):
+        problem = cut(stretches, length)
+        solution = fit_states(problem, structure, p)
+        if np.isfinite(solution.cost):
+            return Fitted(calibrated(problem, solution), prior, solution)
+    raise NotIdentifiable("the model runs away from the measurement at once, whatever its coefficients.")
 
 
 def over_whole_logs(fitted: Fitted) -> Fitted:

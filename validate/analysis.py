@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from identify.base_fit import Fitted, fit_for_prediction, prepare_best
+from identify.base_fit import FAR, Fitted, fit_far_from_noise, prepare_best
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.models import MODEL_BY_NAME
@@ -67,6 +67,9 @@ def analyse(
     """
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
     after = outcome.fitted if outcome and outcome.standing else declared
+    if _windowed(estimator, optimiser) and _far(declared, outcome):
+        declared = fit_far_from_noise(prepared.structure, prepared.identify)
+        after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
     progress("validate", "", 0.0)
     stretches = [*prepared.identify, *prepared.validate]
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
@@ -108,17 +111,28 @@ def _identify(
     if not loop:
         return prepared, declared, None
     progress("diagnose", "", 0.0)
-    windowed = _estimator(estimator) == "output_error" and _optimiser(optimiser) == "gauss_newton"
-    begin = declared if windowed else None
+    begin = declared if _windowed(estimator, optimiser) else None
     outcome = search(prepared, begin, lambda text: progress("diagnose", text, 0.5))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
 
 
+def _windowed(estimator: str, optimiser: str) -> bool:
+    """Whether the declared model was fitted as the loop fits."""
+    return _estimator(estimator) == "output_error" and _optimiser(optimiser) == "gauss_newton"
+
+
+def _far(declared: Fitted, outcome: Outcome | None) -> bool:
+    """Whether nothing that was found brings the model near the noise, or was found at all (the wiring apart)."""
+    if declared.chi2_per_dof < FAR:
+        return False
+    return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
+
+
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:
     """The declared model with nothing but the wiring put right, which was found on grounds of its own."""
     wired = [prepared.structure.with_effect(w.active) for w in (outcome.wiring,) if w]
-    return fit_for_prediction(wired[0] if wired else prepared.structure, prepared.identify)
+    return fit_far_from_noise(wired[0] if wired else prepared.structure, prepared.identify)
 
 
 def _model(trials: Sequence[Trial], name: str) -> str:

@@ -44,7 +44,9 @@ ACTUATOR_RATE_LIMIT = Effect(
     "The actuator moves no faster than its motor can.",
     "Time a hard-over to hard-over.",
     "SOLAS II-1/29; Fossen 2011, sec. 12.3",
-    parameters=(Parameter("rate", "input's unit/s", 0.1, (1e-3, 1e4), null=1e4, starts=(0.08, 0.25, 0.8), relative=True),),
+    parameters=(
+        Parameter("rate", "input's unit/s", 0.1, (1e-3, 1e4), null=1e4, starts=(0.08, 0.25, 0.8), relative=True),
+    ),
     actuator=lambda p, a, dt, _: rate_limited(a, dt, p["rate"]),
     variants=_each,
 )  # fmt: skip
