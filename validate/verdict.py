@@ -82,7 +82,7 @@ def _round(turn: Turn) -> Round:
             candidates.append(
                 Candidate(
                     screened.active.effect.name, screened.active.variant.input, gain - least_gain(k, tried), 1.0,
-                    before, before, "not refitted: to first order it gains too little",
+                    before, before, f"{screened.active.label}: not refitted: to first order others promised more",
                 )
             )  # fmt: skip
     accepted = turn.taken.screened.active.effect.name if turn.taken else None
