@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from identify.base_fit import FAR, Fitted, fit_far_from_noise, prepare_best
+from identify.effect import Active
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.models import MODEL_BY_NAME
@@ -75,6 +76,11 @@ def analyse(
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
     scored = [validation(prepared.structure, stretches, r) for r in runs]
     if outcome and outcome.standing and worse(*scored):
+        outcome = _loaded_as_seen(outcome, prepared)
+        after = outcome.fitted
+        runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
+        scored[1] = validation(prepared.structure, stretches, runs[1])
+    if outcome and outcome.standing and worse(*scored):
         outcome = replace(outcome, standing=outcome.standing[: 1 if outcome.wiring else 0], refuted=True)
         after = _rewired(prepared, outcome) if outcome.wiring else declared
         runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
@@ -127,6 +133,24 @@ def _far(declared: Fitted, outcome: Outcome | None) -> bool:
     if declared.chi2_per_dof < FAR:
         return False
     return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
+
+
+def _loaded_as_seen(outcome: Outcome, prepared: Prepared) -> Outcome:
+    """The outcome with effects on some logs in logs of the fit alone: in which others they are, those cannot tell."""
+    seen = {s.name for s in prepared.identify}
+
+    def narrowed(active: Active) -> Active:
+        logs = active.variant.options.get("logs")
+        if not isinstance(logs, tuple):
+            return active
+        options = {**active.variant.options, "logs": tuple(n for n in logs if n in seen)}
+        return replace(active, variant=replace(active.variant, options=options))
+
+    solution = outcome.fitted.solution
+    structure = replace(solution.structure, actives=tuple(map(narrowed, solution.structure.actives)))
+    fitted = replace(outcome.fitted, solution=replace(solution, structure=structure))
+    standing = tuple(replace(s, active=narrowed(s.active)) for s in outcome.standing)
+    return replace(outcome, fitted=fitted, standing=standing)
 
 
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:
