@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -148,7 +149,8 @@ def one_pool(
     function: Callable[[T], R], waiting: deque[Numbered[T]], workers: int, suspects: list[Numbered[T]]
 ) -> Iterator[Done[R]]:
     """Take tasks until none waits or the pool breaks; then ``suspects`` has those that were under way."""
-    with ProcessPoolExecutor(workers, mp_context=start_method()) as pool:
+    quiet = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with ProcessPoolExecutor(workers, mp_context=start_method(), initializer=quiet) as pool:
         under_way: dict[Future[Done[R]], Numbered[T]] = {}
         while (waiting and not suspects) or under_way:
             while waiting and not suspects and len(under_way) < workers:

@@ -10,6 +10,8 @@ from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.loop import Outcome
 
+#: Inputs logged less often than every so many s are worth a word.
+SLOW = 0.15
 #: What is said where no manoeuvre would set two causes apart.
 NOTHING_SAILED = "no standard manoeuvre would; look at the vessel."
 
@@ -40,15 +42,28 @@ def advice_for(
             f"accounts for (material above {100 * materiality:.0f} %). Look at the residuals in the report: when, at "
             "which heading, speed and input they grow."
         )
+        parts += _slow_inputs(outcome)
     if verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
+
+
+def _slow_inputs(outcome: Outcome) -> list[str]:
+    """What to change in the logging where inputs may have changed long before their next sample."""
+    slowest = max((m.sample_time for m in outcome.fitted.problem.stretches[0].inputs.values()), default=0.0)
+    if slowest < SLOW:
+        return []
+    return [
+        f"The inputs are logged only every {slowest:.2g} s. When they changed in between is not known; on vessels that "
+        "answer fast this alone makes errors of this kind. Log them at 10 Hz or more, or on every change."
+    ]
 
 
 def _decide(t: TakenEffect, outcome: Outcome) -> str:
     """The manoeuvre that would tell them apart, and what to look at on the vessel."""
     rivals = [r for s in outcome.standing if s.active.effect.name == t.fitted.name for r in s.rivals]
     sailed = deciding_manoeuvre(outcome.fitted, rivals) if rivals else None
-    checks = (_CHECK.get(n.split(" (")[0], "") for n in (t.fitted.name, *t.look_alikes))
+    others = (n.split(" (")[0] for n in t.look_alikes)
+    checks = (_CHECK.get(n, "") for n in others if n != t.fitted.name)
     advised = sailed.sentence + "." if sailed and sailed.separation > INDISTINCT else NOTHING_SAILED
     return " ".join(dict.fromkeys(c for c in (advised, *checks) if c))
