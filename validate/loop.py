@@ -138,7 +138,7 @@ def settled(fitted: Fitted) -> Fitted:
     p = np.where([s.coefficient < 0 for s in structure.slots], here.solution.p, 0.0)
     anew = fit_from_scratch(structure, fitted.problem.stretches, p, length=fitted.problem.length)
     there = under(here.problem, anew, 20)
-    if there.solution.total >= here.solution.total:
+    if not there.solution.total < here.solution.total:
         return here
     return under(calibrated(there.problem, there.solution), there)
 
