@@ -25,7 +25,7 @@ from preprocess.trial import Trial
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
-SHORTEST, SHORT, LONG = 3.0, 8.0, 30.0
+SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 #: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
 #: less than this.
 FOLLOWS = 0.5
