@@ -1,13 +1,18 @@
 """CAN logs for tests: messages that the peers encode, written by python-can or in a format's words."""
 
 import io
+import logging
 import math
+import sys
 import tempfile
 from pathlib import Path
 
 import can
 from nmea2000 import _canboat as canboat
 from nmea2000 import backend
+
+from ingest.canbus import READERS
+from ingest.canbus.frames import Frames
 
 START_S = 1_700_000_000.0
 
@@ -90,3 +95,48 @@ def yacht_devices(messages: list[can.Message]) -> bytes:
         stamp = f"{ms // 3_600_000:02}:{ms // 60_000 % 60:02}:{ms // 1000 % 60:02}.{ms % 1000:03}"
         lines.append(f"{stamp} R {m.arbitration_id:08X} {' '.join(f'{b:02X}' for b in m.data)}\r\n")
     return "".join(lines).encode()
+
+
+logging.getLogger("nmea2000").setLevel(logging.CRITICAL)
+READER = {r.name: r for r in READERS}
+VOYAGE = voyage()
+ACTISENSE = b"".join(
+    f"2023-11-14T22:13:{20 + i / 10:06.3f}Z,2,127250,10,255,8,00,{(10000 + i) & 255:02x},"
+    f"{(10000 + i) >> 8:02x},ff,7f,ff,7f,fc\r\n".encode()
+    for i in range(300)
+)
+
+
+SAMPLES = {
+    "candump": candump(VOYAGE),
+    "asc": written(VOYAGE, ".asc"),
+    "blf": written(VOYAGE, ".blf"),
+    "trc": written(VOYAGE, ".trc"),
+    "can-csv": written(VOYAGE, ".csv"),
+    "ydraw": yacht_devices(VOYAGE),
+    "actisense": ACTISENSE,
+}
+
+
+def transport(name: str, data: bytes) -> Frames:
+    """Frames as the format's transport yields them."""
+    read = READER[name].read
+    module = sys.modules[f"ingest.canbus.{ {'can-csv': 'can_table'}.get(name, name) }"]
+    assert read is not None
+    return module.read(memoryview(data)).frames
+
+
+def identity(frames: Frames) -> list[tuple[int, bool, bytes]]:
+    """What a frame is, apart from its time."""
+    rows = zip(
+        frames.can_id.tolist(), frames.extended.tolist(), frames.data, frames.dlc.tolist(), strict=True
+    )
+    return [(i, e, bytes(d[:n])) for i, e, d, n in rows]
+
+
+def expected(messages: list[can.Message]) -> list[tuple[int, bool, bytes]]:
+    return [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in messages]
+
+
+def frames_of(messages: list[can.Message]) -> Frames:
+    return transport("candump", candump(messages))

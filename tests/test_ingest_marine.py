@@ -1,18 +1,16 @@
-"""NMEA 0183, UBX and their mixtures: values against the peers, time lines, damage."""
+"""NMEA 0183 and its mixtures: values against the peers; damage."""
 
 import contextlib
 import io
 import random
-from functools import reduce
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marine_samples import clock, drive, epoch, nmea, pvt, real, same
 from pynmeagps import NMEAReader
-from pyubx2 import GET, UBXMessage, UBXReader
 
 from ingest import UnreadableLog, read_log
 from ingest.detect import quality_mask, stated_sigma
@@ -20,45 +18,6 @@ from ingest.marine import READERS
 from ingest.marine.rules import sources_of
 from ingest.marine.scan import NMEA, RTCM3, UBX, scan
 from ingest.marine.stream import decode_stream
-
-FORMATS = Path(__file__).parents[2] / "shared" / "data" / "formats"
-UTC_0 = 1_717_200_000_000_000_000  # 2024-06-01T00:00:00Z
-SECOND = 1_000_000_000
-
-
-def nmea(body: str) -> bytes:
-    return f"${body}*{reduce(lambda x, c: x ^ c, body.encode(), 0):02X}\r\n".encode()
-
-
-def clock(t: float) -> str:
-    return f"{int(t // 3600) % 24:02d}{int(t // 60) % 60:02d}{t % 60:05.2f}"
-
-
-def epoch(t: float, talker: str = "GN") -> list[bytes]:
-    lat, lon = f"60{10 + t / 1e3:010.7f}", f"010{20 + t / 1e3:010.7f}"
-    day = f"{1 + int(t // 86400):02d}0624"
-    return [
-        nmea(f"{talker}GGA,{clock(t)},{lat},N,{lon},W,4,19,0.6,2.903,M,40.935,M,1.1,0415"),
-        nmea(f"{talker}RMC,{clock(t)},A,{lat},N,{lon},W,4.2,{t % 360:.2f},{day},4.7,E,D,S"),
-        nmea(f"{talker}VTG,{t % 360:.3f},T,,M,4.2,N,7.8,K,D"),
-        nmea(f"{talker}HDT,{(t * 2) % 360:.4f},T"),
-    ]
-
-
-def drive(n: int = 50, start: float = 43200.0, step: float = 0.2) -> list[bytes]:
-    return [s for i in range(n) for s in epoch(start + i * step)]
-
-
-def pvt(t: float, **changes: int) -> bytes:
-    second, nano = int(t % 60), round((t % 1) * 1e9)
-    fields = {
-        "iTOW": int((6 * 86400 + t + 18) * 1000) % 604_800_000, "year": 2024, "month": 6, "day": 1,
-        "hour": int(t // 3600), "min": int(t // 60) % 60, "second": second, "validDate": 1, "validTime": 1,
-        "fullyResolved": 1, "nano": nano, "fixType": 3, "gnssFixOk": 1, "numSV": 17, "lon": 10.1234567,
-        "lat": -60.7654321, "velN": 1500, "velE": -20, "gSpeed": 1500, "headMot": 359.12345, "hAcc": 14,
-    }  # fmt: skip
-    return UBXMessage("NAV", "NAV-PVT", GET, **{**fields, **changes}).serialize()
-
 
 SAMPLES = [
     "GPGGA,101112.13,5959.99999,S,01025.19481833,W,2,07,1.2,-3.4,M,40.9,M,,",
@@ -78,16 +37,9 @@ SAMPLES = [
     "PUBX,00,101112.00,4717.113210,N,00833.915187,E,546.589,G3,2.1,2.0,0.007,77.52,0.007,,0.92,1.19,0.77,9,0,0",
 ]  # fmt: skip
 
+
 #: Columns that pynmeagps gives in another form: times and dates as objects, hemispheres apart from the angle.
 OTHERWISE = {"time", "utctime", "date", "NS", "EW", "deviationEW", "variationEW", "source", "msgId"}
-
-
-def same(ours: object, theirs: object) -> bool:
-    if theirs == "" or theirs is None:
-        return bool(pd.isna(ours))
-    if isinstance(theirs, (int, float)):
-        return bool(np.isclose(float(ours), theirs, rtol=0, atol=6e-11))
-    return str(ours) == theirs
 
 
 def compare(row: pd.Series, message: object) -> None:
@@ -185,190 +137,6 @@ def test_vectornav():
     assert (rate.topic, rate.unit) == ("VNYMR", "rad/s")
 
 
-# --- time -------------------------------------------------------------------------------------------------
-
-
-def test_time_from_the_sentences_themselves():
-    stream = decode_stream(b"".join(drive(50)))
-    assert stream.utc_of_zero == 0
-    expected = UTC_0 + 43200 * SECOND + np.arange(50) * SECOND // 5
-    for topic in ("GGA", "RMC", "VTG", "HDT"):
-        np.testing.assert_array_equal(stream.tables[topic].index, expected)
-
-
-def test_sentences_faster_than_the_epochs_are_spread_over_them():
-    lines = [
-        x for i in range(20) for x in (*epoch(i)[:2], *(nmea(f"HEHDT,{i + j / 10:.2f},T") for j in range(10)))
-    ]
-    table = decode_stream(b"".join(lines)).tables["HDT"]
-    np.testing.assert_array_equal(np.diff(table.index), SECOND // 10)
-    np.testing.assert_allclose(table["headingT"], (table.index - UTC_0) / SECOND, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("topic", "bodies"),
-    [
-        ("RPM", ("IIRPM,S,1,{},45.0,A", "IIRPM,S,2,{},45.0,A")),
-        ("RPM", ("IIRPM,S,1,{},45.0,A", "IIRPM,E,1,{},45.0,A")),
-        ("XDR", ("YXXDR,A,{},D,PTCH", "YXXDR,A,{},D,ROLL")),
-        ("XDR", ("YXXDR,C,{},C,ENGINE", "YXXDR,P,{},B,ENGINE")),
-        ("MWV", ("WIMWV,{},R,5.0,M,A", "WIMWV,{},T,5.0,M,A")),
-        ("HDT", ("HEHDT,{},T", "HCHDT,{},T")),
-    ],
-)
-@pytest.mark.parametrize("often", [1, 2])
-def test_instances_of_one_formatter_have_the_times_of_their_epoch_each(topic, bodies, often):
-    both = [nmea(body.format(7.5)) for body in bodies]
-    raw = b"".join(s for i in range(20) for s in (*epoch(43200 + i)[:2], *both * often))
-    index = decode_stream(raw).tables[topic].index.to_numpy()
-    expected = UTC_0 + 43200 * SECOND + np.arange(20 * often) * SECOND // often
-    np.testing.assert_array_equal(index, np.repeat(expected, 2))
-
-
-def test_a_compass_that_runs_before_the_first_fix_and_after_the_last():
-    lone = [nmea(f"HEHDT,{i},T") for i in range(100)]
-    table = decode_stream(b"".join([*lone, *drive(50), *lone])).tables["HDT"]
-    table = table[table["talker"] == "HE"]
-    assert np.diff(table.index[:100]).max() < SECOND
-    drive_ns = [s for s in drive(50) if b"HDT" not in s]
-    with_own = [x for s in drive_ns for x in ([s, lone[0]] if b"GGA" in s else [s])]
-    index = decode_stream(b"".join([*lone, *with_own, *lone])).tables["HDT"].index.to_numpy()
-    np.testing.assert_allclose(np.diff(index)[1:-1], SECOND / 5, rtol=0.03)
-    assert (np.diff(index) >= 0).all()
-
-
-@pytest.mark.parametrize("with_date", [True, False])
-def test_midnight(with_date):
-    lines = [s for i in range(100) for s in epoch(86400 - 10 + i / 5)]
-    raw = b"".join(s for s in lines if with_date or b"RMC" not in s)
-    stream = decode_stream(raw)
-    assert set(np.diff(stream.tables["GGA"].index)) == {SECOND // 5}
-    assert (stream.utc_of_zero == 0) == with_date
-
-
-@pytest.mark.parametrize(
-    ("stamp", "utc"),
-    [
-        (lambda t: f"2024-06-01T12:{int(t // 60):02d}:{t % 60:06.3f}Z ", True),
-        (lambda t: f"[2024-06-01 14:{int(t // 60):02d}:{t % 60:06.3f}+02:00] ", True),
-        (lambda t: f"{1717243200 + t:.6f} ", True),
-        (lambda t: f"{int((1717243200 + t) * 1000)},", True),
-        (lambda t: f"[12:{int(t // 60):02d}:{t % 60:06.3f}] ", False),
-        (lambda t: f"{int(t * 1000)}\t", False),
-    ],
-)
-def test_host_stamps(stamp, utc):
-    lines = [stamp(i / 8).encode() + s for i in range(80) for s in epoch(43200 + i / 8 - 0.125)]
-    stream = decode_stream(b"".join(lines))
-    index = stream.tables["GGA"].index.to_numpy()
-    np.testing.assert_allclose(np.diff(index) * 1e-9, 0.125, atol=1e-3)
-    assert stream.utc_of_zero is not None
-    arrived = stream.utc_of_zero + index[0] - UTC_0 - 43200 * SECOND
-    assert arrived == pytest.approx(0.0 if utc else -0.125e9, abs=2e7)
-    assert not [f for f in stream.findings if f.kind == "damaged"]
-
-
-def test_lost_zeros_of_host_stamps_are_put_back():
-    times = [1_717_243_200_000_000_000 + i * 53_111_000 for i in range(400)]
-    lines = [f"{t // SECOND}.{t % SECOND} ".encode() + epoch(43200 + i)[0] for i, t in enumerate(times)]
-    stream = decode_stream(b"".join(lines))
-    np.testing.assert_array_equal(stream.tables["GGA"].index, times)
-    assert any("leading zeros" in f.message for f in stream.findings)
-
-
-def test_tag_blocks():
-    def tagged(t: int, sentence: bytes) -> bytes:
-        block = f"s:r1,c:{1717243200 + t}"
-        return f"\\{block}*{reduce(lambda x, c: x ^ c, block.encode(), 0):02X}\\".encode() + sentence
-
-    stream = decode_stream(b"".join(tagged(i, epoch(43200 + i)[0]) for i in range(30)))
-    np.testing.assert_array_equal(np.diff(stream.tables["GGA"].index), SECOND)
-    assert stream.bytes_damaged == 0
-
-
-def test_arrival_times_of_a_live_port():
-    pieces = [b"".join(epoch(43200 + i)) for i in range(10)]
-    offsets = np.cumsum([0, *map(len, pieces[:-1])])
-    arrived = UTC_0 + 43200 * SECOND + np.arange(10) * SECOND + 50_000_000
-    stream = decode_stream(b"".join(pieces), arrival=(offsets, arrived))
-    np.testing.assert_array_equal(stream.tables["HDT"].index, arrived)
-
-
-# --- UBX --------------------------------------------------------------------------------------------------
-
-
-def test_ubx_values_as_pyubx2_has_them():
-    raw = b"".join(pvt(43200 + i / 10, velE=-i) for i in range(20))
-    raw += UBXMessage("NAV", "NAV-RELPOSNED", GET, version=1, iTOW=1, relPosN=-12, _HPrelPosN=-0.25,
-        relPosHeading=123.45678,
-                      accHeading=0.25, relPosHeadingValid=1).serialize()  # fmt: skip
-    raw += UBXMessage(
-        "NAV", "NAV-HPPOSLLH", GET, iTOW=2, lon=10.1234567, _HPlon=1.2e-08, lat=-60.0, hAcc=1.4
-    ).serialize()
-    raw += UBXMessage("NAV", "NAV-VELNED", GET, iTOW=3, velN=-150, heading=12.5, sAcc=4).serialize()
-    raw += UBXMessage("ESF", "ESF-INS", GET, zAngRateValid=1, iTOW=4, zAngRate=-12.345).serialize()
-    assert_like_pyubx2(raw)
-
-
-def assert_like_pyubx2(raw: bytes) -> int:
-    stream = decode_stream(raw)
-    row: dict[str, int] = {}
-    for _, message in UBXReader(io.BytesIO(raw), protfilter=2):
-        if message is None or message.identity not in stream.tables:
-            continue
-        at = row.get(message.identity, 0)
-        row[message.identity] = at + 1
-        ours = stream.tables[message.identity].iloc[at]
-        for name, theirs in vars(message).items():
-            if name in ours.index and not name.startswith("_") and name != "iTOW":
-                assert same(ours[name], theirs), f"{message.identity}.{name}"
-    assert row == {k: len(v) for k, v in stream.tables.items() if k in row}
-    return sum(row.values())
-
-
-def test_time_of_ubx():
-    raw = b"".join(
-        pvt(43200 + i / 10) + UBXMessage("NAV", "NAV-VELNED", GET,
-            iTOW=int((561600 + i / 10 + 18.05) * 1000)).serialize()
-        for i in range(30)
-    )  # fmt: skip
-    stream = decode_stream(raw)
-    exact = UTC_0 + 43200 * SECOND + np.arange(30) * SECOND // 10
-    np.testing.assert_allclose(stream.tables["NAV-PVT"].index, exact, atol=2, rtol=0)
-    np.testing.assert_allclose(stream.tables["NAV-VELNED"].index, exact + 50_000_000, atol=1_000_000, rtol=0)
-
-
-def test_a_time_of_week_that_begins_anew():
-    times = 86400 - 18 - 1 + np.arange(30) / 10  # the GPS week ends 18 s before the day
-    raw = b"".join(
-        pvt(t)
-        + UBXMessage(
-            "NAV", "NAV-VELNED", GET, iTOW=round((6 * 86400 + t + 18.05) * 1000) % 604_800_000
-        ).serialize()
-        for t in times
-    )
-    stream = decode_stream(raw)
-    assert stream.tables["NAV-VELNED"]["iTOW"].min() < 10_000
-    exact = UTC_0 + np.rint((times + 0.05) * SECOND).astype(np.int64)
-    np.testing.assert_allclose(stream.tables["NAV-VELNED"].index, exact, atol=1_000_000, rtol=0)
-
-
-def test_gyroscope_in_esf_meas():
-    raw = bytes.fromhex("e803000000080000") + (5 << 24 | (1 << 24) - 4096).to_bytes(4, "little")
-    body = bytes((0x10, 0x02)) + len(raw).to_bytes(2, "little") + raw
-    a = b = 0
-    for byte in body:
-        a = (a + byte) & 255
-        b = (b + a) & 255
-    frame = b"\xb5\x62" + body + bytes((a, b))
-    table = decode_stream(pvt(1.0) + frame * 4 + pvt(2.0)).tables["ESF-MEAS"]
-    assert table["gyroZ"].tolist() == [-1.0] * 4
-    np.testing.assert_array_equal(np.diff(table.index), SECOND // 4)
-
-
-# --- damage -----------------------------------------------------------------------------------------------
-
-
 def kinds(raw: bytes) -> np.ndarray:
     return np.bincount(scan(np.frombuffer(raw, np.uint8)).kind, minlength=4)
 
@@ -440,15 +208,6 @@ def test_sentences_without_checksums_where_none_has_one():
     assert decode_stream(mixed).messages == 40
 
 
-# --- real logs --------------------------------------------------------------------------------------------
-
-
-def real(name: str) -> Path:
-    if not (FORMATS / name).is_file():
-        pytest.skip("the real logs are not beside the project")
-    return FORMATS / name
-
-
 @pytest.mark.real
 @pytest.mark.parametrize("name", ["nmea0183_rtk_hdt.txt", "ubx_nmea_mixed.log"])
 def test_real_logs_as_pynmeagps_reads_them(name):
@@ -464,11 +223,6 @@ def test_real_logs_as_pynmeagps_reads_them(name):
         if at % 20 == 0:
             compare(tables[topic].iloc[at], message)
     assert row == {k: len(v) for k, v in tables.items() if k in row}
-
-
-@pytest.mark.real
-def test_real_ubx_as_pyubx2_reads_it():
-    assert assert_like_pyubx2(real("ubx_nmea_mixed.log").read_bytes()) > 100
 
 
 @pytest.mark.real

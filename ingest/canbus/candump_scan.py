@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
-from numba import int64, njit
+from numba import int64
 from numpy.typing import NDArray
+
+from ingest.compiled import compiled
+from ingest.hexadecimal import hex_digit
 
 #: Kinds of record. A doubtful frame is not followed by a line end: by another, by junk, or by the end of the file.
 NOTHING, FRAME, DOUBTFUL, OTHER = 0, 1, 2, 3
@@ -17,24 +19,6 @@ MOST_CHANNELS = 64
 LONGEST_NAME = 16
 #: Room for damaged stretches to begin with.
 FEW = 4096
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def compiled(function: F) -> F:
-    """Compile with numba; keep the signature for type checkers."""
-    return cast(F, njit(cache=True, nogil=True)(function))
-
-
-@compiled
-def hex_digit(c: int) -> int:
-    """Value of a hexadecimal digit; −1 for anything else."""
-    if 48 <= c <= 57:
-        return c - 48
-    if 65 <= c <= 70:
-        return c - 55
-    if 97 <= c <= 102:
-        return c - 87
-    return -1
 
 
 @compiled

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.canbus.candump_scan import hex_digit
 from ingest.canbus.frames import Frames
 from ingest.compiled import compiled
+from ingest.hexadecimal import hex_digit
 
 Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]

@@ -180,8 +180,7 @@ def _nearest_week(tow: Integers, times: Integers, known: Integers, place: Intege
 def spread(stated: Integers, kinds: Integers) -> Integers:
     """Find times for the records that state none: those of an epoch are spread evenly over it, kind by kind.
 
-    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per
-    epoch, each
+    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per epoch, each
     record has the time of its epoch; of one that comes k times, the j-th is j/k of the epoch later.
 
     Parameters

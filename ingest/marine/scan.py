@@ -1,9 +1,7 @@
 """Find the records in a stream of serial bytes: NMEA 0183, UBX, RTCM3, interleaved, with junk between them.
 
-A record is taken only if its checksum is right; where it is not, the search goes on at the next byte, so
-that a
-record that was cut short never hides the one after it. Lengths are checked against what is there before they
-are
+A record is taken only if its checksum is right; where it is not, the search goes on at the next byte, so that a
+record that was cut short never hides the one after it. Lengths are checked against what is there before they are
 used. Compiled: hundreds of megabytes a second.
 """
 
@@ -15,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.compiled import compiled
+from ingest.hexadecimal import hex_digit
 
 Bytes = NDArray[np.uint8]
 
@@ -96,17 +95,6 @@ def _crc24_table() -> NDArray[np.uint32]:
 
 
 @compiled
-def _hex(c: int) -> int:
-    if 48 <= c <= 57:
-        return c - 48
-    if 65 <= c <= 70:
-        return c - 55
-    if 97 <= c <= 102:
-        return c - 87
-    return -1
-
-
-@compiled
 def _crc16(data: Bytes, a: int, b: int) -> int:
     """CRC-16/XMODEM, as VectorNav's sentences may carry it."""
     crc = 0
@@ -135,13 +123,13 @@ def _sentence_end(data: Bytes, p: int) -> int:
         return 0
     if q + 2 >= len(data) or q - p < 4:
         return 0
-    high, low = _hex(data[q + 1]), _hex(data[q + 2])
+    high, low = hex_digit(data[q + 1]), hex_digit(data[q + 2])
     if high < 0 or low < 0:
         return 0
     if high * 16 + low == xor:
         return q + 3
     if q + 4 < len(data):
-        third, fourth = _hex(data[q + 3]), _hex(data[q + 4])
+        third, fourth = hex_digit(data[q + 3]), hex_digit(data[q + 4])
         given = ((high * 16 + low) * 16 + third) * 16 + fourth
         if third >= 0 and fourth >= 0 and _crc16(data, p + 1, q) == given:
             return q + 5

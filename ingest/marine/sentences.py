@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from ingest.log import SOURCE, Finding
 from ingest.marine import fields as f
-from ingest.marine.definitions import GNSS_TALKERS, INSTANCE, WITH_SUBTYPE, Sentence, expand, sentence_of
+from ingest.marine.definitions import GNSS_TALKERS, WITH_SUBTYPE, Sentence, expand, sentence_of
+from ingest.marine.derived import completed
 from ingest.marine.scan import NMEA_UNCHECKED, Bytes, Records
+from ingest.stacking import stacked
 
 Integers = NDArray[np.int64]
-#: Position modes that are measurements (or simulate them); the others are estimated, set by hand, or none. One
-#: letter per satellite system in ``GNS``.
-MEASURED = frozenset("ADFPRS")
 DAY_NS, SECOND = 86_400_000_000_000, 1_000_000_000
 
 
@@ -80,7 +79,8 @@ def sentence_rows(
     tables, findings = {}, []
     for topic, pieces in parts.items():
         rows_of_topic, said = _with_talkers(topic, _join(pieces), talkers[topic])
-        tables[topic] = _finished(topic, rows_of_topic)
+        table, instance = completed(topic, rows_of_topic.table)
+        tables[topic] = replace(rows_of_topic, table=table, instance=instance)
         findings += said
     return tables, findings
 
@@ -185,22 +185,9 @@ def _join(parts: Sequence[Rows]) -> Rows:
         return parts[0]
     record = np.concatenate([p.record for p in parts])
     order = np.argsort(record, kind="stable")
-    table = _stack([p.table for p in parts]).iloc[order].reset_index(drop=True)
+    table = stacked([p.table for p in parts]).iloc[order].reset_index(drop=True)
     of_day, day = (np.concatenate([getattr(p, a) for p in parts])[order] for a in ("of_day", "day"))
     return Rows(record[order], table, of_day, day)
-
-
-def _stack(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Tables below each other; texts stay categories, columns that one lacks are missing there."""
-    names = list(dict.fromkeys(c for t in tables for c in t.columns))
-    return pd.DataFrame({name: _stack_column(tables, name) for name in names})
-
-
-def _stack_column(tables: Sequence[pd.DataFrame], name: str) -> pd.Series:
-    pieces = [t[name] if name in t else pd.Series(np.nan, index=t.index) for t in tables]
-    if not any(isinstance(p.dtype, pd.CategoricalDtype) or p.dtype == object for p in pieces):
-        return pd.concat(pieces, ignore_index=True)
-    return pd.concat([p.astype(object) for p in pieces], ignore_index=True).astype("category")
 
 
 def _with_talkers(
@@ -222,84 +209,3 @@ def _with_talkers(
         told = ", ".join(f"{d} is source {i + 1}" for i, d in enumerate(devices))
         findings.append(Finding("note", f"several talkers send it: {told}", topic=topic))
     return Rows(rows.record, table, rows.of_day, rows.day), findings
-
-
-def _finished(topic: str, rows: Rows) -> Rows:
-    """Columns that follow from the others and that detection needs."""
-    table = rows.table
-    good = _good(table)
-    if good is not None:
-        table["good"] = good
-    if topic == "MWV" and "reference" in table:
-        table["relative"] = (table["reference"] == "R").to_numpy(bool)
-        table["relative_good"] = table["relative"] * table.get("good", 1.0)
-    if topic == "HDG":
-        table = _true_heading(table)
-    if topic == "RSA":
-        table = _judged_sides(table)
-    if topic == "RPM" and {"source", "engineshaftnum"} <= set(table.columns):
-        table = _numbered_shafts(table)
-    instance = _instances(table)
-    if topic == "XDR":
-        table = _by_transducer(table)
-    return Rows(rows.record, table, rows.of_day, rows.day, instance)
-
-
-def _instances(table: pd.DataFrame) -> Integers | int:
-    told = [c for c in INSTANCE if c in table]
-    return np.asarray(table.groupby(told, dropna=False, observed=True).ngroup(), np.int64) if told else 0
-
-
-def _good(table: pd.DataFrame) -> NDArray[np.float64] | None:
-    """1 where the sentence says that its data are valid, 0 where not; None where it says nothing."""
-    flags = [c for c in ("status", "valid", "mi") if c in table]
-    if not flags and "posMode" not in table:
-        return None
-    good = np.logical_and.reduce(
-        [(table[c] == "A").to_numpy(bool) for c in flags] or [np.ones(len(table), bool)]
-    )
-    if "posMode" in table:
-        modes = table["posMode"].astype("category")
-        bad = [m for m in modes.cat.categories if not set(str(m)) & MEASURED]
-        good &= ~modes.isin(bad).to_numpy(bool)
-    return np.asarray(good, float)
-
-
-def _true_heading(table: pd.DataFrame) -> pd.DataFrame:
-    """Add ``headingT``: the magnetic heading with the deviation and variation that the sentence states."""
-    if not {"variation", "variationEW", "deviation", "deviationEW"} <= set(table.columns):
-        return table
-    west = {c: (table[f"{c}EW"] == "W").to_numpy(bool) for c in ("deviation", "variation")}
-    east = {c: np.where(w, -1.0, 1.0) * table[c].to_numpy(float) for c, w in west.items()}
-    heading = table["headingM"].to_numpy(float) + np.nan_to_num(east["deviation"]) + east["variation"]
-    return table.assign(headingT=np.mod(heading, 360.0))
-
-
-def _judged_sides(table: pd.DataFrame) -> pd.DataFrame:
-    """1 or 0 for each of the two rudders of ``RSA``."""
-    sides = [s for s in ("stbd", "port") if f"{s}status" in table]
-    return table.assign(**{f"{s}good": (table[f"{s}status"] == "A").to_numpy(float) for s in sides})
-
-
-def _numbered_shafts(table: pd.DataFrame) -> pd.DataFrame:
-    """``source``: the number of the shaft, or 100 + that of the engine where a log has both."""
-    number = table["engineshaftnum"].fillna(0)
-    engine = (table["source"] == "E").to_numpy(bool)
-    if engine.any() and not engine.all():
-        number = number + 100.0 * engine
-    return table.rename(columns={"source": "kind"}).assign(**{SOURCE: number.astype(np.int64)})
-
-
-def _by_transducer(table: pd.DataFrame) -> pd.DataFrame:
-    """One column per transducer, named by its identifier, or by its type where it has none."""
-    columns: dict[str, NDArray[np.float64]] = {}
-    for suffix in sorted({c.rsplit("_", 1)[-1] for c in table.columns if c.startswith("data_")}):
-        name = table.get(f"tdrid_{suffix}", pd.Series(None, index=table.index, dtype=object)).astype(object)
-        name = name.where(name.notna(), table[f"tdrtype_{suffix}"].astype(object))
-        values = table[f"data_{suffix}"].to_numpy(float)
-        for key in name.dropna().unique():
-            mine = (name == key).to_numpy(bool)
-            column = columns.setdefault(str(key), np.full(len(table), np.nan))
-            column[mine] = values[mine]
-    rest = [c for c in ("talker", SOURCE) if c in table]
-    return pd.DataFrame(columns).join(table[rest])

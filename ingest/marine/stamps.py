@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.compiled import compiled
+from ingest.hexadecimal import hex_digit
 from ingest.log import Finding
 from ingest.marine.scan import Bytes, Records
 
@@ -92,11 +93,9 @@ def _fractions(
 ) -> tuple[Integers, list[Finding]]:
     """Nanoseconds of the fraction of a second; where a logger dropped its leading zeros, they are put back.
 
-    A logger that prints seconds and nanoseconds (or milli-,
-        microseconds) with a dot between them writes 7.045 s as
-    ``7.45``. It is recognised by fractions of different lengths of which none starts with a zero although
-    some
-    are short, and by a clock that runs back as read but not with the zeros put back.
+    A logger that prints seconds and nanoseconds (or milli-, microseconds) with a dot between them writes 7.045 s as
+    ``7.45``. It is recognised by fractions of different lengths of which none starts with a zero although some are
+    short, and by a clock that runs back as read but not with the zeros put back.
     """
     plain = fraction * 10 ** np.clip(9 - digits, 0, 9)
     longest = int(digits[good].max(initial=0))
@@ -197,19 +196,13 @@ def _parse_tag(data: Bytes, p: int, b: int) -> tuple[int, int, int, int]:
     xor, value = 0, -1
     for q in range(p + 1, b):
         if data[q] == _STAR:
-            given = _hex_digit(data[q + 1]) * 16 + _hex_digit(data[q + 2]) if q + 2 < b else -1
-            return (TAG, value, 0, 0) if given == xor and value >= 0 else (NONE, 0, 0, 0)
+            high, low = (hex_digit(data[q + 1]), hex_digit(data[q + 2])) if q + 2 < b else (-1, -1)
+            right = high >= 0 and low >= 0 and high * 16 + low == xor
+            return (TAG, value, 0, 0) if right and value >= 0 else (NONE, 0, 0, 0)
         if data[q] == 99 and q + 2 < b and data[q + 1] == _COLON and (data[q - 1] == 44 or q == p + 1):
             value, _ = _number(data, q + 2, b)
         xor ^= data[q]
     return NONE, 0, 0, 0
-
-
-@compiled
-def _hex_digit(c: int) -> int:
-    if 48 <= c <= 57:
-        return c - 48
-    return (c & 0xDF) - 55 if 65 <= (c & 0xDF) <= 70 else 99
 
 
 @compiled

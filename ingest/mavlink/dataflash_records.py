@@ -1,9 +1,8 @@
 """Find the records of an ArduPilot DataFlash log in its bytes.
 
-A record is ``A3 95``, its type, and a body whose length its FMT record gave; there is no checksum. What
-tells a good record is that another follows. Where none does, either junk follows or the record itself is
-damaged: if a chain of records starts inside it, it is damaged; otherwise it is kept, as weak, and its time
-must fit.
+A record is ``A3 95``, its type, and a body whose length its FMT record gave; there is no checksum. What tells a good
+record is that another follows. Where none does, either junk follows or the record itself is damaged: if a chain of
+records starts inside it, it is damaged; otherwise it is kept, as weak, and its time must fit.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Find MAVLink frames in bytes: version 1 and 2, signed or not, checksums verified, next to any damage.
 
-One pass, compiled. A frame counts if its checksum is right; on failure the scan goes on one byte further, so
-that junk, lost bytes and broken frames cost nothing but themselves. A frame of an unknown type (whose
-checksum cannot be verified) counts only where it follows directly on a good frame and is itself followed by
-one.
+One pass, compiled. A frame counts if its checksum is right; on failure the scan goes on one byte further, so that
+junk, lost bytes and broken frames cost nothing but themselves. A frame of an unknown type (whose checksum cannot be
+verified) counts only where it follows directly on a good frame and is itself followed by one.
 """
 
 from __future__ import annotations

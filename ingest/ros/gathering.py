@@ -13,9 +13,10 @@ from ingest.detect import detect
 from ingest.log import Finding
 from ingest.reader import Decoded
 from ingest.ros.decoding import decode
-from ingest.ros.raw import RawStream, decode_raw, is_raw, repeats
+from ingest.ros.raw import PortBytes, RawStream, decode_raw, is_raw, repeats
 from ingest.ros.records import Batch, Channel
 from ingest.ros.rules import rules_for
+from ingest.stacking import stacked
 
 #: A log time above this is time since 1970 (1973); below, the clock of a simulation or since power-up.
 UTC_FROM_NS = 100_000_000_000_000_000
@@ -95,7 +96,7 @@ def finish(
     ValueError
         Where nothing could be decoded.
     """
-    tables = {t: _stacked(parts) for t, parts in gathered.tables.items()}
+    tables = {t: stacked(parts) for t, parts in gathered.tables.items()}
     rules = [r for t in tables for r in rules_for(gathered.channels[t].schema, t, tables[t])]
     sources = list(detect(rules, tables))
     notes = [*findings, *gathered.findings.values()]
@@ -121,24 +122,6 @@ def finish(
     )
 
 
-def _stacked(parts: list[pd.DataFrame]) -> pd.DataFrame:
-    if len(parts) == 1:
-        return parts[0]
-    names = list(dict.fromkeys(c for p in parts for c in p.columns))
-    index = np.concatenate([p.index.to_numpy() for p in parts])
-    columns = {
-        n: _stacked_column([p[n] if n in p else pd.Series(np.nan, index=p.index) for p in parts])
-        for n in names
-    }
-    return pd.DataFrame(columns).set_axis(pd.Index(index, name="t_ns"), axis=0)
-
-
-def _stacked_column(pieces: list[pd.Series]) -> pd.Series:
-    if any(isinstance(p.dtype, pd.CategoricalDtype) for p in pieces):
-        return pd.concat([p.astype(object) for p in pieces], ignore_index=True).astype("category")
-    return pd.concat(pieces, ignore_index=True)
-
-
 def _streams(
     gathered: Gathered, topics: frozenset[str] | None, taken: Mapping[str, pd.DataFrame]
 ) -> list[RawStream]:
@@ -148,7 +131,8 @@ def _streams(
     for topic, parts in gathered.raw.items():
         data = b"".join(p[0] for p in parts)
         sizes, times = (np.concatenate([p[i] for p in parts]) for i in (1, 2))
-        stream = decode_raw(gathered.channels[topic], data, np.cumsum(sizes) - sizes, times, topics)
+        port = PortBytes(gathered.channels[topic], data, np.cumsum(sizes) - sizes, times)
+        stream = decode_raw(port, topics)
         clash = names & set(stream.tables)
         stream = stream.renamed({t: f"{topic}/{t}" for t in clash}) if clash else stream
         names |= set(stream.tables)

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ingest.canbus.damage import damage_findings
 from ingest.log import Finding, Source
 from ingest.ros.records import Channel
 
@@ -47,16 +48,11 @@ def is_raw(channel: Channel) -> bool:
     )
 
 
-def decode_raw(
-    channel: Channel,
-    data: bytes,
-    offsets: Integers,
-    times: Integers,
-    topics: frozenset[str] | None,
-) -> RawStream:
-    """Decode the stream of a port by the protocol that the channel's metadata name.
+@dataclass(frozen=True)
+class PortBytes:
+    """The bytes of one port.
 
-    Parameters
+    Attributes
     ----------
     channel : Channel
         Its metadata may have ``protocol``: ``nmea``, ``ubx``, ``serial``, ``mavlink``, ``slcan``, ``imu``.
@@ -65,11 +61,38 @@ def decode_raw(
     offsets, times : (n,) int64
         Where each piece begins, and when it arrived, ns.
     """
-    decoder = decoder_of(channel)
+
+    channel: Channel
+    data: bytes
+    offsets: Integers
+    times: Integers
+
+    def arrival(self, end: Integers) -> Integers:
+        """When the piece arrived that holds the last byte before each ``end``; (n,) ns."""
+        piece = np.searchsorted(self.offsets, end - 1, side="right") - 1
+        return np.asarray(self.times[np.clip(piece, 0, len(self.times) - 1)])
+
+    def undecoded(self, why: str) -> RawStream:
+        """Nothing but the finding that says why."""
+        found = Finding("unknown", why, topic=self.channel.topic, count=len(self.offsets))
+        return RawStream(findings=(found,))
+
+    def said_here(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+        """Findings with this port's topic where they have none."""
+        return tuple(replace(f, topic=f.topic or self.channel.topic) for f in findings)
+
+    def damage(self, spans: Integers, what: str) -> tuple[tuple[Finding, ...], int]:
+        """Findings for the byte ranges ``spans``, (n, 2), and how many bytes are in them."""
+        damage = [(int(a), int(b - a)) for a, b in spans]
+        return self.said_here(damage_findings(damage, len(self.data), what)), sum(n for _, n in damage)
+
+
+def decode_raw(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
+    """Decode the stream of a port by the protocol that the channel's metadata name; ``topics`` alone if given."""
+    decoder = decoder_of(port.channel)
     if decoder is None:
-        text = f"the protocol '{protocol_of(channel)}' of this port is not decoded"
-        return RawStream(findings=(Finding("unknown", text, topic=channel.topic, count=len(offsets)),))
-    return decoder(channel, data, offsets, times, topics)
+        return port.undecoded(f"the protocol '{protocol_of(port.channel)}' of this port is not decoded")
+    return decoder(port, topics)
 
 
 def protocol_of(channel: Channel) -> str:
@@ -93,31 +116,19 @@ def repeats(channel: Channel, channels: Iterable[Channel]) -> bool:
     )
 
 
-def _serial(
-    channel: Channel,
-    data: bytes,
-    offsets: Integers,
-    times: Integers,
-    topics: frozenset[str] | None,
-) -> RawStream:
+def _serial(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
     from ingest.marine.rules import sources_of
     from ingest.marine.stream import decode_stream
 
     try:
-        stream = decode_stream(data, arrival=(offsets, times), topics=topics)
+        stream = decode_stream(port.data, arrival=(port.offsets, port.times), topics=topics)
     except ValueError as error:
-        return RawStream(findings=(Finding("unknown", str(error), topic=channel.topic, count=len(offsets)),))
-    said = tuple(replace(f, topic=f.topic or channel.topic) for f in stream.findings)
+        return port.undecoded(str(error))
+    said = port.said_here(stream.findings)
     return RawStream(stream.tables, stream.units, sources_of(stream.tables), said, stream.bytes_damaged)
 
 
-def _mavlink(
-    channel: Channel,
-    data: bytes,
-    offsets: Integers,
-    times: Integers,
-    topics: frozenset[str] | None,
-) -> RawStream:
+def _mavlink(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
     from ingest.detect import detect
     from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.decode import Timed, decode_frames, field_units
@@ -125,68 +136,46 @@ def _mavlink(
     from ingest.mavlink.frames import scan
     from ingest.mavlink.mavlink_rules import RULES, chosen_component
 
-    dialect = load_dialect(channel.metadata.get("dialect", DEFAULT))
-    frames = scan(data, dialect)
+    dialect = load_dialect(port.channel.metadata.get("dialect", DEFAULT))
+    frames = scan(port.data, dialect)
     start, end = frames.table["start"], frames.table["end"]
-    arrived = _arrival(end, offsets, times)
-    tables = decode_frames(Timed(memoryview(data), frames, arrived), dialect, topics)
-    offset, length = uncovered(start, end, len(data))
-    findings = tuple(
-        replace(f, topic=channel.topic) for f in damage_findings(offset, length, len(data), cut=True)
-    )
+    tables = decode_frames(Timed(memoryview(port.data), frames, port.arrival(end)), dialect, topics)
+    offset, length = uncovered(start, end, len(port.data))
+    findings = port.said_here(damage_findings(offset, length, len(port.data), cut=True))
     sources = chosen_component(detect(RULES, tables), tables)
     return RawStream(tables, field_units(tables.keys(), dialect), sources, findings, int(length.sum()))
 
 
-def _arrival(end: Integers, offsets: Integers, times: Integers) -> Integers:
-    """When the piece arrived that holds the last byte before each ``end``; (n,) ns."""
-    return np.asarray(times[np.clip(np.searchsorted(offsets, end - 1, side="right") - 1, 0, len(times) - 1)])
-
-
-def _slcan(
-    channel: Channel, data: bytes, offsets: Integers, times: Integers, topics: frozenset[str] | None
-) -> RawStream:
-    from ingest.canbus.damage import damage_findings
+def _slcan(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
     from ingest.canbus.frames import Capture
     from ingest.canbus.reader import decoded
     from ingest.canbus.slcan import scan
     from ingest.reader import ReadOptions
 
-    lines = scan(data)
-    damage = [(int(a), int(b - a)) for a, b in lines.damage]
-    hurt = tuple(
-        replace(f, topic=channel.topic) for f in damage_findings(damage, len(data), "no SLCAN frame")
-    )
-    capture = Capture(lines.frames(_arrival(lines.end, offsets, times)), {}, hurt, 0, "utc")
+    lines = scan(port.data)
+    hurt, bad = port.damage(lines.damage, "no SLCAN frame")
+    capture = Capture(lines.frames(port.arrival(lines.end)), {}, hurt, 0, "utc")
     try:
         found = decoded(capture, ReadOptions(topics=topics))
     except ValueError as error:
-        return RawStream(findings=(Finding("unknown", str(error), topic=channel.topic, count=len(offsets)),))
-    return RawStream(
-        dict(found.tables), dict(found.units), found.sources, found.findings, sum(n for _, n in damage)
-    )
+        return port.undecoded(str(error))
+    return RawStream(dict(found.tables), dict(found.units), found.sources, found.findings, bad)
 
 
-def _imu(
-    channel: Channel, data: bytes, offsets: Integers, times: Integers, topics: frozenset[str] | None
-) -> RawStream:
-    from ingest.canbus.damage import damage_findings
+def _imu(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
     from ingest.marine.imu_text import read_lines, sources_of
 
-    if b"$VN" in data:
-        return _serial(channel, data, offsets, times, topics)
-    text = read_lines(data)
+    if b"$VN" in port.data:
+        return _serial(port, topics)
+    text = read_lines(port.data)
     tables = {
-        topic: table.set_axis(pd.Index(_arrival(ends, offsets, times), name="t_ns"), axis=0)
+        topic: table.set_axis(pd.Index(port.arrival(ends), name="t_ns"), axis=0)
         for topic, (table, ends) in text.tables.items()
         if topics is None or topic in topics
     }
-    damage = [(int(a), int(b - a)) for a, b in text.damage]
-    hurt = tuple(
-        replace(f, topic=channel.topic) for f in damage_findings(damage, len(data), "no line of numbers")
-    )
-    return RawStream(tables, {}, sources_of(tables), hurt, sum(n for _, n in damage))
+    hurt, bad = port.damage(text.damage, "no line of numbers")
+    return RawStream(tables, {}, sources_of(tables), hurt, bad)
 
 
-Decoder = Callable[[Channel, bytes, Integers, Integers, frozenset[str] | None], RawStream]
+Decoder = Callable[[PortBytes, frozenset[str] | None], RawStream]
 DECODERS: Mapping[str, Decoder] = {"mavlink": _mavlink, "slcan": _slcan, "imu": _imu}

@@ -1,10 +1,8 @@
 """The records of an MCAP file, found in bulk; an unfinished or damaged file gives all that is whole.
 
-The layout is that of the MCAP specification: after eight magic bytes, records of an opcode (1 byte),
-a length (8)
-and a content; chunks hold compressed records. Reading goes from front to back and needs no index, so a file
-that
-was never finished is read up to the break; where a record cannot be right, the next chunk is searched for.
+The layout is that of the MCAP specification: after eight magic bytes, records of an opcode (1 byte), a length (8) and
+a content; chunks hold compressed records. Reading goes from front to back and needs no index, so a file that was never
+finished is read up to the break; where a record cannot be right, the next chunk is searched for.
 """
 
 from __future__ import annotations
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.log import Finding
+from ingest.ros.chunks import CHUNK, LARGEST_RECORD, is_plausible, next_chunk, unpack
 from ingest.ros.message_scan import (
     CHANNEL,
     LAST_OPCODE,
@@ -34,11 +33,9 @@ Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
 
 MAGIC = b"\x89MCAP0\r\n"
-FOOTER, CHUNK, DATA_END = 0x02, 0x06, 0x0F
+FOOTER, DATA_END = 0x02, 0x0F
 #: Messages are handed on when so many bytes of them have come together.
 BATCH = 1 << 26
-#: A chunk that claims to unpack to more than so many times its size, and more than this, is not believed.
-LARGEST_CHUNK, LARGEST_RATIO = 1 << 28, 2000
 
 
 @dataclass(frozen=True)
@@ -165,51 +162,23 @@ def _pieces(data: memoryview, contents: Contents) -> Iterator[Batch]:
 def _cut(data: memoryview, p: int) -> bool:
     """Whether a record that goes beyond the end of the file can be one that was being written."""
     length = int.from_bytes(data[p + 1 : p + PREFIX], "little")
-    if length > LARGEST_CHUNK * 4:
+    if length > LARGEST_RECORD:
         return False
-    return data[p] != CHUNK or _plausible_chunk(data, p)
-
-
-def _plausible_chunk(data: memoryview, p: int) -> bool:
-    """Whether a chunk's head makes sense: times in order, a known compression, lengths that agree."""
-    if p + PREFIX + 40 > len(data) or data[p] != CHUNK:
-        return False
-    length, first, last, size, _crc, name = struct.unpack_from("<QQQQII", data, p + 1)
-    at = p + PREFIX + 32 + name
-    if name > 8 or first > last or at + 8 > len(data):
-        return False
-    (records,) = struct.unpack_from("<Q", data, at)
-    compression = bytes(data[at - name : at])
-    agree = length == 40 + name + records and (compression or size == records)
-    return bool(agree) and compression in (b"", b"lz4", b"zstd")
+    return data[p] != CHUNK or is_plausible(data, p)
 
 
 def _next_record(data: memoryview, start: int, broken: int, last_time: int) -> int:
     """Offset of the next chunk, or of the next message outside chunks if there were any before.
 
-    The search begins at ``start``, inside the record before the ``broken`` one: where bytes were lost,
-    that record
+    The search begins at ``start``, inside the record before the ``broken`` one: where bytes were lost, that record
     seems to reach into the next.
     """
-    chunk = _next_chunk(data, start)
-    chunk = _next_chunk(data, broken + 1) if chunk == broken else chunk
+    chunk = next_chunk(data, start)
+    chunk = next_chunk(data, broken + 1) if chunk == broken else chunk
     if not last_time:
         return chunk
     message = int(next_message(np.frombuffer(data[:chunk], np.uint8), start, last_time))
     return message if message < chunk else chunk
-
-
-def _next_chunk(data: memoryview, p: int) -> int:
-    """Offset of the next record that looks like a chunk; the end of the file where there is none."""
-    while p < len(data):
-        piece = np.frombuffer(data[p : p + (1 << 22)], np.uint8)
-        for at in np.flatnonzero(piece == CHUNK):
-            here = p + int(at)
-            length = int.from_bytes(data[here + 1 : here + PREFIX], "little")
-            if length < LARGEST_CHUNK * 4 and _plausible_chunk(data, here):
-                return here
-        p += len(piece)
-    return len(data)
 
 
 def _declare(opcode: int, body: bytes, contents: Contents) -> None:
@@ -265,29 +234,6 @@ def _chunk(data: memoryview, body: int, end: int, offset: int, contents: Content
     elif crc and zlib.crc32(unpacked) != crc:
         contents.damage("damaged", "wrong checksum of a chunk; its records are kept", offset, end - offset)
     yield from _messages(unpacked, contents)
-
-
-def unpack(packed: memoryview, compression: str, size: int) -> memoryview:
-    """Unpack as much of a chunk as there is; never more than it says, nor than can be true."""
-    if not compression:
-        return packed
-    if size > max(LARGEST_CHUNK, LARGEST_RATIO * len(packed)):
-        return memoryview(b"")
-    if compression == "zstd":
-        import zstandard
-
-        try:
-            return memoryview(zstandard.ZstdDecompressor().decompressobj().decompress(packed))
-        except zstandard.ZstdError:
-            return memoryview(b"")
-    if compression == "lz4":
-        import lz4.frame  # type: ignore[import-untyped]
-
-        try:
-            return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size))
-        except (RuntimeError, EOFError):
-            return memoryview(b"")
-    return memoryview(b"")
 
 
 def _messages(records: memoryview, contents: Contents) -> Iterator[Batch]:
