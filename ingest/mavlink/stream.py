@@ -1,4 +1,4 @@
-"""MAVLink without a file: bytes as they arrived, from a live port or a recorded channel, to tables.
+"""MAVLink without a file: bytes as they arrived at a port and were recorded, to tables.
 
 The decoder is that of the tlog; only where the times come from differs.
 """
@@ -6,10 +6,8 @@ The decoder is that of the tlog; only where the times come from differs.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
 from ingest.detect import detect
@@ -69,35 +67,3 @@ def decode_stream(
         bytes_damaged=int(length.sum()),
         sources=chosen_component(detect(RULES, tables), tables),
     )
-
-
-@dataclass
-class LiveStream:
-    """Decode a live port: bytes in, tables of the frames that they complete out.
-
-    Attributes
-    ----------
-    dialect : str
-    messages, bytes_damaged : int
-        Counts so far.
-    """
-
-    dialect: str = DEFAULT
-    messages: int = 0
-    bytes_damaged: int = 0
-    _rest: bytes = field(default=b"", repr=False)
-
-    def feed(self, data: bytes, t_ns: int) -> dict[str, pd.DataFrame]:
-        """Tables of the frames that ``data``, which arrived at ``t_ns``, completes."""
-        known = load_dialect(self.dialect)
-        pending = self._rest + data
-        frames = scan(pending, known)
-        ends = frames.table["end"]
-        last = int(ends[-1]) if len(ends) else 0
-        keep = max(last, len(pending) - LONGEST)
-        _, lost = uncovered(frames.table["start"], ends, last)
-        self.bytes_damaged += int(lost.sum()) + keep - last
-        self.messages += int((frames.kind >= 0).sum())
-        self._rest = pending[keep:]
-        times = np.full(len(ends), t_ns, dtype=np.int64)
-        return decode_frames(Timed(memoryview(pending), frames, times), known)

@@ -129,21 +129,16 @@ def _serial(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
 
 
 def _mavlink(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
-    from ingest.detect import detect
-    from ingest.mavlink.damage import damage_findings, uncovered
-    from ingest.mavlink.decode import Timed, decode_frames, field_units
-    from ingest.mavlink.dialect import DEFAULT, load_dialect
-    from ingest.mavlink.frames import scan
-    from ingest.mavlink.mavlink_rules import RULES, chosen_component
+    from ingest.mavlink.dialect import DEFAULT
+    from ingest.mavlink.stream import decode_stream
 
-    dialect = load_dialect(port.channel.metadata.get("dialect", DEFAULT))
-    frames = scan(port.data, dialect)
-    start, end = frames.table["start"], frames.table["end"]
-    tables = decode_frames(Timed(memoryview(port.data), frames, port.arrival(end)), dialect, topics)
-    offset, length = uncovered(start, end, len(port.data))
-    findings = port.said_here(damage_findings(offset, length, len(port.data), cut=True))
-    sources = chosen_component(detect(RULES, tables), tables)
-    return RawStream(tables, field_units(tables.keys(), dialect), sources, findings, int(length.sum()))
+    dialect = port.channel.metadata.get("dialect", DEFAULT)
+    try:
+        found = decode_stream(port.data, port.offsets, port.times, dialect, topics)
+    except ValueError as error:
+        return port.undecoded(str(error))
+    said = port.said_here(found.findings)
+    return RawStream(dict(found.tables), dict(found.units), found.sources, said, found.bytes_damaged)
 
 
 def _slcan(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
