@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.canbus.damage import damage_findings, merged
 from ingest.canbus.frames import Capture, Frames, Packets, no_frames
 from ingest.canbus.layout import is_fast
 from ingest.canbus.lines import NOT_HEX, LineStyle, Stretch, clock_ns, date_time_ns, stretches
 from ingest.canbus.stamps import repaired_times
+from ingest.damage import damage_findings, merged
 from ingest.log import Finding
 
 IDLE = re.compile(rb"[ \t]*#[^\r\n]*")

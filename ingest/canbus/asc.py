@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ingest.canbus.damage import damage_findings
 from ingest.canbus.frames import Capture
 from ingest.canbus.lines import LineStyle, read_frames, seconds_ns
+from ingest.damage import damage_findings
 from ingest.log import Finding
 
 HEADER = re.compile(rb"base[ \t]+(hex|dec)[ \t]+timestamps[ \t]+(absolute|relative)")

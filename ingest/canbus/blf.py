@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.canbus.candump import other_frames
-from ingest.canbus.damage import damage_findings, merged
 from ingest.canbus.frames import Capture, Frames, joined
+from ingest.damage import damage_findings, merged
 from ingest.log import Finding
 
 SIGNATURE = re.compile(rb"LOBJ")

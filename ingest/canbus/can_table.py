@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from ingest.canbus.candump import clock_of
-from ingest.canbus.damage import damage_findings
 from ingest.canbus.frames import Capture
 from ingest.canbus.lines import LineStyle, read_frames, seconds_ns
+from ingest.damage import damage_findings
 
 HEADER = b"timestamp,arbitration_id,extended,remote,error,dlc,data"
 STYLE = LineStyle(

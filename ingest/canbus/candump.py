@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.canbus.damage import damage_findings, merged
 from ingest.canbus.frames import Capture, Frames, implausible_lengths
 from ingest.canbus.lines import LineStyle, date_time_ns, read_frames, seconds_ns
+from ingest.damage import damage_findings, merged
 from ingest.log import Finding
 
 LOG_LINE = re.compile(rb"\(\d{1,10}\.\d+\)[ \t]+[^\s#()]{1,16}[ \t]+(?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#")

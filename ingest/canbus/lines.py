@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.canbus.damage import merged
 from ingest.canbus.frames import Frames, implausible_lengths, joined
+from ingest.damage import merged
 
 CHUNK = 1 << 17
 #: A damaged stamp may say more than 64 bits hold.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from ingest.canbus.damage import damage_findings
 from ingest.canbus.frames import Capture
 from ingest.canbus.lines import LineStyle, milliseconds_ns, read_frames
+from ingest.damage import damage_findings
 from ingest.log import Finding
 
 VERSION = re.compile(rb";\$FILEVERSION=(\d)\.(\d)")

@@ -37,8 +37,8 @@ def sniff(head: bytes) -> float:
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """Decode a DataFlash log."""
     from ingest.clock import continue_clock, mended
+    from ingest.damage import damage_findings, uncovered
     from ingest.detect import detect
-    from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.dataflash_clock import utc_of_zero
     from ingest.mavlink.dataflash_records import scan
     from ingest.mavlink.dataflash_rules import RULES, with_accuracy
@@ -61,7 +61,12 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
         tables=tables,
         units=units(tables, formats),
         utc_of_index_zero_ns=utc,
-        findings=(*damage_findings(offset, length, len(data), True), *stray, *restarts, *utc_findings),
+        findings=(
+            *damage_findings(np.column_stack([offset, length]), len(data)),
+            *stray,
+            *restarts,
+            *utc_findings,
+        ),
         messages=len(records.start),
         bytes_damaged=int(length.sum()),
         sources=detect(RULES, tables),

@@ -31,8 +31,8 @@ def sniff(head: bytes) -> float:
 
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """Decode a DataFlash text log."""
+    from ingest.damage import damage_findings
     from ingest.detect import detect
-    from ingest.mavlink.damage import damage_findings
     from ingest.mavlink.dataflash import units, wanted
     from ingest.mavlink.dataflash_clock import utc_of_zero
     from ingest.mavlink.dataflash_rules import RULES, with_accuracy
@@ -65,7 +65,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
         tables=tables,
         units=units(tables, {(f.kind, 0): f for f in formats.values()}),
         utc_of_index_zero_ns=utc,
-        findings=(*damage_findings(start, end - start, len(data), cut=True), *clock),
+        findings=(*damage_findings(np.column_stack([start, end - start]), len(data)), *clock),
         messages=int(good.sum()),
         bytes_damaged=int((end - start).sum()),
         sources=detect(RULES, tables),

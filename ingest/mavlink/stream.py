@@ -10,8 +10,8 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ingest.damage import damage_findings, uncovered
 from ingest.detect import detect
-from ingest.mavlink.damage import damage_findings, uncovered
 from ingest.mavlink.decode import Timed, decode_frames, field_units, unknown_findings
 from ingest.mavlink.dialect import DEFAULT, load_dialect
 from ingest.mavlink.frames import scan
@@ -62,7 +62,10 @@ def decode_stream(
     return Decoded(
         tables=tables,
         units=field_units(tables.keys(), known),
-        findings=(*damage_findings(offset, length, len(data), True), *unknown_findings(frames, known)),
+        findings=(
+            *damage_findings(np.column_stack([offset, length]), len(data)),
+            *unknown_findings(frames, known),
+        ),
         messages=int((frames.kind >= 0).sum()),
         bytes_damaged=int(length.sum()),
         sources=chosen_component(detect(RULES, tables), tables),

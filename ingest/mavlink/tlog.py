@@ -51,9 +51,9 @@ def chain(head: bytes, p: int, earliest: int) -> tuple[int, int]:
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """Decode a tlog."""
     from ingest.clock import continue_clock
+    from ingest.damage import damage_findings, uncovered
     from ingest.detect import detect
     from ingest.mavlink.boot import boot_findings
-    from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.decode import Timed, decode_frames, field_units, loss_findings, unknown_findings
     from ingest.mavlink.dialect import DEFAULT, load_dialect
     from ingest.mavlink.frames import scan
@@ -73,7 +73,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
         units=field_units(tables.keys(), dialect),
         utc_of_index_zero_ns=0 if EARLIEST_US * 1000 <= t_ns[0] < LATEST_US * 1000 else None,
         findings=(
-            *damage_findings(offset, length, len(data), cut=True),
+            *damage_findings(np.column_stack([offset, length]), len(data)),
             *stamp_findings,
             *clock_findings,
             *boot_findings(tables),

@@ -41,8 +41,8 @@ class Scan:
 
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """Decode a ULog."""
+    from ingest.damage import damage_findings, uncovered
     from ingest.detect import detect
-    from ingest.mavlink.damage import damage_findings, uncovered
     from ingest.mavlink.ulog_records import FILE_HEADER, HEADER
     from ingest.mavlink.ulog_rules import RULES
 
@@ -57,7 +57,11 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     return Decoded(
         tables=tables,
         utc_of_index_zero_ns=utc_of_zero(tables.values()),
-        findings=(*damage_findings(offset, length, len(data), True), *clock, *dropouts(data, scan)),
+        findings=(
+            *damage_findings(np.column_stack([offset, length]), len(data)),
+            *clock,
+            *dropouts(data, scan),
+        ),
         messages=len(start),
         bytes_damaged=int(length.sum()),
         sources=detect(RULES, tables),

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ingest.canbus.damage import damage_findings
+from ingest.damage import damage_findings
 from ingest.log import Finding, Source
 from ingest.ros.records import Channel
 

@@ -99,7 +99,7 @@ class MavlinkDecoder:
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
         """Tables per message."""
         from ingest.detect import detect
-        from ingest.mavlink.damage import uncovered
+        from ingest.damage import uncovered
         from ingest.mavlink.decode import Timed, decode_frames, field_units
         from ingest.mavlink.dialect import DEFAULT, load_dialect
         from ingest.mavlink.frames import scan
