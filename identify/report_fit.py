@@ -158,13 +158,23 @@ def _reported(
 
 
 def _lead_note(structure: Structure, p: FloatArray, covariance: FloatArray) -> list[str]:
+    """What is to be said of the time between log and actuator: nothing where it is zero within its interval."""
     for k, slot in enumerate(structure.slots):
         if slot.name == "input_lead" and slot.effect < 0:
-            return [
-                f"The actuators are {p[k]:.3f} ± {np.sqrt(covariance[k, k]):.3f} s ahead of the logged inputs; up to "
-                f"{2 * slot.parameter.null:.3f} s follows from how seldom the inputs are logged."
-            ]
+            return lead_words(float(p[k]), float(np.sqrt(covariance[k, k])), 2 * slot.parameter.null)
     return []
+
+
+def lead_words(lead: float, error: float, expected: float) -> list[str]:
+    """How far the actuators are from the logged inputs, s, where that is not zero within its 95 % interval.
+
+    ``expected`` : how far the actuators may be ahead because the inputs are logged seldom.
+    """
+    if not abs(lead) > 1.96 * error:
+        return []
+    way = "ahead of" if lead > 0 else "behind"
+    follows = f"; up to {expected:.3f} s follows from how seldom the inputs are logged" if lead > 0 else ""
+    return [f"The actuators are {abs(lead):.3f} ± {error:.3f} s {way} the logged inputs{follows}."]
 
 
 def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from preprocess import frames
 from preprocess.actuators import read_input
 from preprocess.cutting import cut_at_manoeuvres
+from preprocess.excitation import with_excitation
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import require, source_of
 from preprocess.rounding import resolution
@@ -37,7 +38,11 @@ class Gathered:
 
 
 def make_trials(
-    runs: Sequence[LoggedRun], vessel: Vessel, inputs: Sequence[Input], sensors: Mapping[str, Sensor]
+    runs: Sequence[LoggedRun],
+    vessel: Vessel,
+    inputs: Sequence[Input],
+    sensors: Mapping[str, Sensor],
+    tell: Callable[[str, float], None] = lambda _name, _share: None,
 ) -> tuple[Trial, ...]:
     """Clean, align and smooth the logs of a campaign.
 
@@ -49,6 +54,8 @@ def make_trials(
     inputs : sequence of Input
     sensors : mapping of quantity to Sensor
         Where detection is not enough.
+    tell : callable
+        Told the name of each log as it begins, and the share (0…1) of the work that is done.
 
     Returns
     -------
@@ -69,13 +76,14 @@ def make_trials(
     origin = origin_of(gathered)
     first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
     trials: list[Trial] = []
-    for g in gathered:
+    for k, g in enumerate(gathered):
+        tell(g.run.name, k / len(gathered))
         local = in_metres(g, origin)
         for role, low, high in parts(local):
             whole = make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc)
             named = g.run.manoeuvre is not None or g.run.slice is not None
             trials += [whole] if named else cut_at_manoeuvres(whole)
-    return tuple(trials)
+    return with_excitation(trials)
 
 
 def gather(
@@ -89,7 +97,7 @@ def gather(
         if source is None and quantity in NEEDED:
             require(log, quantity, source)
         if source is not None:
-            found[quantity] = read_raw(log, source, sensor, vessel)
+            found[quantity] = read_raw(log, source, sensor, vessel, accuracy=True)
             if quantity in NEEDED and found[quantity].flagged.all():
                 require(log, quantity, None)
             rivals = [s.name for s in log.sources if s.quantity == quantity and s.name != source.name]

@@ -69,7 +69,8 @@ def run(
     logs = read_logs(campaign, workers, watch)
     with watch.during("preprocess"):
         sensors = {s.quantity: s for s in campaign.sensors}
-        trials = make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors)
+        tell = partial(watch, "preprocess")
+        trials = make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors, tell)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
     found = analyse(

@@ -15,8 +15,21 @@ ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 #: Every page that a person writes; the reference is made from the code.
 PAGES = sorted([README, *(p for p in (ROOT / "docs").rglob("*.md") if "reference" not in p.parts)])
-#: What a test cannot do: it would install, run every test, open a window, or wait for a device.
-NOT_RUN = ("make ", "seatrial view ", "seatrial capture ", "seatrial replay trial.mcap --port")
+#: What a test cannot do: it would install, run every test, open a window, wait for a device, or need measured data.
+NOT_RUN = (
+    "make ",
+    "python docs/make_case_studies.py DATA",
+    "seatrial view ",
+    "seatrial capture ",
+    "seatrial replay trial.mcap --port",
+)
+#: Measured logs that a page finds in ``trials``, where a folder beside the clone has them.
+MEASURED = {
+    "tutorial-measured": [
+        ROOT.parent / "shared" / "data" / "blueboat" / f"{n}.bin"
+        for n in ("00000216", "00000226", "00000230", "00000233")
+    ]
+}
 #: Vessel and format of the logs that a page finds in ``trials``.
 TRIALS = {
     "README": ("usv", "tlog"),
@@ -67,6 +80,9 @@ def runs(page: Path) -> bool:
 
 def prepare(page: Path, folder: Path) -> None:
     """The logs that the page speaks of; the campaign only where the page does not write it itself."""
+    for log in MEASURED.get(page.stem, ()):
+        (folder / "trials").mkdir(exist_ok=True)
+        (folder / "trials" / log.name).write_bytes(log.read_bytes())
     if page.stem not in TRIALS:
         return
     vessel, form = TRIALS[page.stem]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from identify.effects import EFFECTS
 from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.loop import Outcome
+from validate.report.words import joined
 
 #: Inputs logged less often than every so many s are worth a word.
 SLOW = 0.15
@@ -28,13 +29,16 @@ def advice_for(
     materiality: float,
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
-    parts = [f"{t.fitted.name}: {_CHECK.get(t.fitted.name, '')}" for t in taken]
+    parts = checks_of(taken)
+    said = {t.fitted.name for t in taken}
     for t in taken:
         if t.look_alikes:
-            others = ", ".join(t.look_alikes)
+            others = joined(t.look_alikes, "or")
             parts.append(
                 f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t, outcome)}"
             )
+            parts += [f"{n}: {_CHECK[n]}" for n in names_of(t.look_alikes) if n in _CHECK and n not in said]
+            said |= set(names_of(t.look_alikes))
     if verdict is Verdict.UNEXPLAINED:
         worst = max(left, key=lambda c: left[c])
         parts.append(
@@ -46,6 +50,23 @@ def advice_for(
     if verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
+
+
+def checks_of(taken: Sequence[TakenEffect]) -> list[str]:
+    """What to look at on the vessel: one sentence per effect, its inputs named where there are several."""
+    inputs: dict[str, list[str]] = {}
+    for t in taken:
+        inputs.setdefault(t.fitted.name, []).extend([t.fitted.input] if t.fitted.input else [])
+    return [f"{name}{_of(found)}: {_CHECK.get(name, '')}" for name, found in inputs.items()]
+
+
+def _of(inputs: Sequence[str]) -> str:
+    return f" of {joined(inputs)}" if inputs else ""
+
+
+def names_of(labels: Sequence[str]) -> list[str]:
+    """Effects of labels such as ``clock_offset (inputs)``, each once."""
+    return list(dict.fromkeys(label.split(" (")[0] for label in labels))
 
 
 def _slow_inputs(outcome: Outcome) -> list[str]:
@@ -60,10 +81,7 @@ def _slow_inputs(outcome: Outcome) -> list[str]:
 
 
 def _decide(t: TakenEffect, outcome: Outcome) -> str:
-    """The manoeuvre that would tell them apart, and what to look at on the vessel."""
+    """The manoeuvre that would tell them apart."""
     rivals = [r for s in outcome.standing if s.active.effect.name == t.fitted.name for r in s.rivals]
     sailed = deciding_manoeuvre(outcome.fitted, rivals) if rivals else None
-    others = (n.split(" (")[0] for n in t.look_alikes)
-    checks = (_CHECK.get(n, "") for n in others if n != t.fitted.name)
-    advised = sailed.sentence + "." if sailed and sailed.separation > INDISTINCT else NOTHING_SAILED
-    return " ".join(dict.fromkeys(c for c in (advised, *checks) if c))
+    return sailed.sentence + "." if sailed and sailed.separation > INDISTINCT else NOTHING_SAILED

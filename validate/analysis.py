@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import pandas as pd
 
@@ -17,6 +18,7 @@ from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
 from validate.loop import Outcome, search
+from validate.pace import Pace
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
 from validate.verdict import diagnose, worse
@@ -68,10 +70,13 @@ def analyse(
     """
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
     after = outcome.fitted if outcome and outcome.standing else declared
-    if _windowed(estimator, optimiser) and _far(declared, outcome):
-        declared = fit_far_from_noise(prepared.structure, prepared.identify)
-        after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
     progress("validate", "", 0.0)
+    if _windowed(estimator, optimiser) and _far(declared, outcome):
+        progress("validate", "whole logs", 0.05)
+        declared = fit_far_from_noise(prepared.structure, prepared.identify)
+        progress("validate", "whole logs", 0.4)
+        after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
+    progress("validate", "unseen logs", 0.7)
     stretches = [*prepared.identify, *prepared.validate]
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
     scored = [validation(prepared.structure, stretches, r) for r in runs]
@@ -90,6 +95,7 @@ def analyse(
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
     ]
+    progress("validate", "what is left", 0.8)
     diagnosis = diagnose(prepared, outcome, after, waves, materiality) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
@@ -112,13 +118,14 @@ def _identify(
 ) -> tuple[Prepared, Fitted, Outcome | None]:
     progress("identify", "", 0.0)
     prepared = prepare_best(trials, _model(trials, model))
+    progress("identify", "", 0.4)
     declared = fit_with(prepared, estimator, optimiser, seed)
     progress("identify", "", 1.0)
     if not loop:
         return prepared, declared, None
     progress("diagnose", "", 0.0)
     begin = declared if _windowed(estimator, optimiser) else None
-    outcome = search(prepared, begin, lambda text: progress("diagnose", text, 0.5))
+    outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
 

@@ -14,6 +14,7 @@ from identify.noise import calibrated, dispersed_cost
 from identify.output_error import solve
 from identify.windows import Problem, first_states
 from validate.candidates import Screened
+from validate.pace import Pace
 from validate.refits import raced, step_tolerance, target_gap
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -74,12 +75,14 @@ def added_parameters(without: Fitted, with_it: Fitted) -> int:
     return max(1, len(with_it.solution.p) - len(without.solution.p))
 
 
-def judge(base: Fitted, finalists: Sequence[Screened], tried: int) -> tuple[Fitted, list[Judged]]:
+def judge(
+    base: Fitted, finalists: Sequence[Screened], tried: int, pace: Pace | None = None
+) -> tuple[Fitted, list[Judged]]:
     """Refit the finalists, weigh errors as the best of them leaves them, and judge; best evidence first.
 
     Returns the fit without them under the same weights, and the judged finalists.
     """
-    refitted = raced(base, finalists)
+    refitted = raced(base, finalists, pace or Pace())
     if not refitted:
         return base, []
     if base.chi2_per_dof > FAR:

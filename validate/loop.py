@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
 from validate.judgement import Judged, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
+from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
 from validate.wiring import Wiring, better_wiring
 
@@ -53,28 +53,28 @@ class Outcome:
     refuted: bool = False
 
 
-def search(
-    prepared: Prepared, declared: Fitted | None = None, report: Callable[[str], None] = lambda _: None
-) -> Outcome:
+def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None) -> Outcome:
     """Search for what the declared model lacks, on the logs to identify on.
 
     ``declared`` is the declared model's windowed output error fit, where there is one: near the noise the search goes
     on from there; else it begins with short windows, in which a model that lacks much cannot run away.
     """
+    pace = pace or Pace()
     wiring = better_wiring(prepared.structure, prepared.identify)
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     if wiring:
-        report(f"taken: {wiring.active.label} (z {wiring.z:.1f})")
+        pace(f"taken: {wiring.active.label}")
     turns: list[Turn] = []
     if declared is not None and not wiring and declared.chi2_per_dof < FAR:
-        fine = _rounds(declared, turns, report)
+        fine = _rounds(declared, turns, pace)
     else:
+        pace("a first rough fit")
         rough = fit_from_scratch(structure, prepared.identify, length=ROUGH)
-        fine = _rounds(rough, turns, report, enough=FAR)
+        fine = _rounds(rough, turns, pace, enough=FAR)
         if fine.chi2_per_dof < HOPELESSLY_FAR:
-            fine = _rounds(refined(fine), turns, report)
-    fine = _pruned(fine, report)
-    standing = _standing(fine, wiring, report)
+            fine = _rounds(refined(fine), turns, pace)
+    fine = _pruned(fine, pace)
+    standing = _standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
 
@@ -97,18 +97,21 @@ def refined(fitted: Fitted) -> Fitted:
     return Fitted(problem, fitted.prior, solution)
 
 
-def _rounds(fitted: Fitted, turns: list[Turn], report: Callable[[str], None], enough: float = 0.0) -> Fitted:
+def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
     """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
     while fitted.chi2_per_dof > enough:
         actives = candidates(fitted.solution.structure)
+        pace.expect(1 + FINALISTS, ANOTHER + LAST)
+        pace(f"a look at {len(actives)} causes")
         screened = screen(fitted, actives)
         finalists = _finalists(fitted, screened)
-        base, judged = judge(fitted, finalists, len(actives)) if finalists else (fitted, [])
+        pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
+        base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
         taken = next((j for j in judged if j.evidence > 0 and worthwhile(base, j.fitted)), None)
         turns.append(Turn(base, tuple(screened), tuple(judged), taken))
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return fitted
-        report(f"taken: {taken.label} (gain {taken.gain:.0f})")
+        pace(f"taken: {taken.label}")
         fitted = settled(taken.fitted)
     return fitted
 
@@ -143,16 +146,18 @@ def settled(fitted: Fitted) -> Fitted:
     return under(calibrated(there.problem, there.solution), there)
 
 
-def _pruned(fitted: Fitted, report: Callable[[str], None]) -> Fitted:
+def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
     """Drop effects that no longer stand once the others are in, the weakest first."""
     while searched := _searched(fitted):
+        pace.expect(2.0 * len(searched))
+        pace("what was taken, again")
         losses = {k: loss_without(fitted, k) for k in searched}
         weakest = min(losses, key=lambda k: losses[k])
         without = fitted.solution.structure.without(weakest)
         k = len(fitted.solution.p) - len(without.slots)
         if losses[weakest] > least_gain(k, len(candidates(without))):
             return fitted
-        report(f"dropped again: {fitted.solution.structure.actives[weakest].label}")
+        pace(f"dropped: {fitted.solution.structure.actives[weakest].label}")
         fitted = dropped(fitted, weakest)
     return fitted
 
@@ -162,9 +167,11 @@ def _searched(fitted: Fitted) -> list[int]:
     return [k for k, a in enumerate(fitted.solution.structure.actives) if not a.effect.rewire]
 
 
-def _standing(fitted: Fitted, wiring: Wiring | None, report: Callable[[str], None]) -> tuple[Standing, ...]:
+def _standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
     found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
-    found += [standing(fitted, k) for k in _searched(fitted)]
-    for s in found:
-        report(f"{s.active.label}: gain {s.gain:.0f}; look-alikes: {', '.join(s.look_alikes) or 'none'}")
+    searched = _searched(fitted)
+    pace.expect(len(searched))
+    for k in searched:
+        pace(f"rivals of {fitted.solution.structure.actives[k].label}")
+        found.append(standing(fitted, k))
     return tuple(found)

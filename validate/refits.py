@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from identify.structure import Structure
 from identify.windows import first_states
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
+from validate.pace import Pace
 from validate.scan import best_value
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Item = TypeVar("Item", Screened, Fitted)
 
 #: Below this cost per degree of freedom a refit converges from where the base is.
 NEAR = 1.5
@@ -79,21 +82,31 @@ def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
     return replace(fitted, solution=found)
 
 
-def raced(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
     """Refits of the finalists; far from the noise, those that fall behind over part of the windows are left there."""
     if base.chi2_per_dof < FAR:
-        return _alive(_nearly(base, finalists))
+        return _alive(_nearly(base, finalists, pace))
     some = thinned(base)
-    runners = _alive([(s, went_on(begun(some, s), 3)) for s in finalists])
+    runners = _alive([(s, went_on(begun(some, s), 3)) for s in _told(finalists, pace)])
     promising = [s.active.label for s in finalists[:PROMISING]]
     ahead = [(s, f) for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising]
-    return _alive([(s, _slack(base, _whole(base, f))) for s, f in ahead])
+    pace.expect(len(ahead), pace.left)
+    whole = (_slack(base, _whole(base, fit)) for fit in _told([f for _, f in ahead], pace))
+    return _alive(list(zip([s for s, _ in ahead], whole, strict=True)))
 
 
-def _nearly(base: Fitted, finalists: Sequence[Screened]) -> list[tuple[Screened, Fitted]]:
+def _told(items: Iterable[Item], pace: Pace) -> Iterator[Item]:
+    """The items; each is told as its refit begins."""
+    for item in items:
+        active = item.active if isinstance(item, Screened) else item.solution.structure.actives[-1]
+        pace(f"trying {active.label}")
+        yield item
+
+
+def _nearly(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
     """Refits one after the other; what cannot come near the best so far is given up."""
     runners, target = [], np.inf
-    for screened in finalists:
+    for screened in _told(finalists, pace):
         fit = _slack(base, refit(base, screened, target=target))
         runners.append((screened, fit))
         target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from rich.console import RenderableType
@@ -15,9 +16,11 @@ from seatrial.cli.tables import say, table_of
 from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Validation
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, in_words
+from validate.report.names import short_names
 from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
+    DEGREES,
     duration,
     effect_words,
     headline,
@@ -25,11 +28,14 @@ from validate.report.words import (
     percent,
     plus_minus,
     probability,
+    share,
     size,
 )
 
-CHANNELS = {"u": "surge u, m/s", "v": "sway v, m/s", "r": "yaw rate r, rad/s"}
+#: channel: what it is, and the factor from SI to the unit for reading
+CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 
 
@@ -48,8 +54,10 @@ def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]
     if verbose:
         yield parameter_table(results)
         yield Text("")
+    yield Text(
+        f"Free-running on unseen logs: model {results.after.model}, estimator {results.after.estimator}"
+    )
     yield score_table(results)
-    yield from (Text(line) for line in track_lines(results))
     yield Text("")
     yield Text(headline(results), style="bold")
     if results.diagnosis is not None:
@@ -58,16 +66,20 @@ def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]
 
 def log_table(results: Results) -> Table:
     """The logs, one per line."""
-    rows = [log_row(name, log, trials) for name, log, trials in logs_with_trials(results)]
+    found = logs_with_trials(results)
+    shown = dict(
+        zip((name for name, _, _ in found), short_names([name for name, _, _ in found]), strict=True)
+    )
+    rows = [log_row(shown[name], log, name, trials) for name, log, trials in found]
     right = ("Lasts", "Read", "Damaged", "Gaps", "Outliers")
     return table_of(("Log", "Role", "Format", *right), rows, right)
 
 
-def log_row(name: str, log: Log | None, trials: list[Trial]) -> Sequence[str]:
+def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequence[str]:
     """One log."""
     entry = log_entry(log, name, trials)
     return (
-        name,
+        shown,
         entry.role,
         entry.format,
         duration(entry.duration_s),
@@ -79,12 +91,27 @@ def log_row(name: str, log: Log | None, trials: list[Trial]) -> Sequence[str]:
 
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
-    """What was noticed while preprocessing and fitting, each sentence once."""
-    sentences = dict.fromkeys(f for t in results.trials for f in t.findings)
-    sentences |= dict.fromkeys(results.after.notes)
-    yield from (f"  · {sentence}" for sentence in list(sentences)[:most])
-    if most is not None and len(sentences) > most:
-        yield f"  · and {len(sentences) - most} more in report.html"
+    """What was noticed while preprocessing and fitting; of sentences that differ in numbers alone, the first."""
+    kinds: dict[str, dict[str, str]] = {}
+    for t in results.trials:
+        for sentence in t.findings:
+            kinds.setdefault(NUMBER.sub("#", sentence), {}).setdefault(t.name, sentence)
+    shown = short_names([t.name for t in results.trials])
+    lines = [finding_line(by_log, shown) for by_log in kinds.values()]
+    lines += dict.fromkeys(results.after.notes)
+    if most is None:
+        lines = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings] + [*results.after.notes]
+    yield from (f"  · {line}" for line in lines[:most])
+    if most is not None and len(lines) > most:
+        yield f"  · and {len(lines) - most} more in report.html"
+
+
+def finding_line(by_log: Mapping[str, str], shown: Mapping[str, str]) -> str:
+    """A finding with the log that has it; the same sentence in every log without."""
+    (name, sentence), others = next(iter(by_log.items())), len(by_log) - 1
+    if others and len(by_log) == len(shown) and len(set(by_log.values())) == 1:
+        return sentence
+    return f"{shown[name]}: {sentence}" + (f" The like in {others} more." if others else "")
 
 
 def parameter_table(results: Results) -> Table:
@@ -108,27 +135,19 @@ def score_table(results: Results) -> Table:
     before, after = results.validation_before, results.validation_after
     found = bool(results.diagnosis and results.diagnosis.effects)
     columns = ("Unseen logs", "RMSE", "R²", *(("RMSE after", "R² after") if found else ()))
-    rows = [
-        (name, *score(before, key), *(score(after, key) if found else ())) for key, name in CHANNELS.items()
-    ]
-    table = table_of(columns, rows, columns[1:])
-    table.title = f"model {results.after.model}, estimator {results.after.estimator}"
-    table.title_justify = "left"
-    return table
+    sides = (before, after) if found else (after,)
+    rows = [(what, *(x for v in sides for x in score(v, k, scale))) for k, (what, scale) in CHANNELS.items()]
+    if any(v.position_rmse is not None for v in sides):
+        rows.append(("position, m", *(x for v in sides for x in (number(v.position_rmse), ""))))
+    return table_of(columns, rows, columns[1:])
 
 
-def score(validation: Validation, channel: str) -> tuple[str, str]:
-    """RMSE and R² of a channel."""
+def score(validation: Validation, channel: str, scale: float) -> tuple[str, str]:
+    """RMSE in the unit for reading, and R², of a channel."""
     found: ChannelScore | None = validation.channels.get(channel)
-    return (number(found.rmse), number(found.r2)) if found else ("–", "–")
-
-
-def track_lines(results: Results) -> Iterator[str]:
-    """Position error before and after."""
-    before, after = results.validation_before.position_rmse, results.validation_after.position_rmse
-    if before is not None and after is not None:
-        change = f" → {number(after)}" if results.diagnosis and results.diagnosis.effects else ""
-        yield f"position, m: {number(before)}{change}"
+    if found is None:
+        return "–", "–"
+    return number(None if found.rmse is None else found.rmse * scale), share(found.r2)
 
 
 def diagnosis_lines(found: Diagnosis) -> Iterator[Text]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from importlib import metadata
 from typing import Any
 
 import jinja2
+import numpy as np
 from markupsafe import Markup
 
 from identify.fit import Estimated
@@ -14,7 +16,7 @@ from preprocess.trial import Trial
 from validate.diagnosis import Candidate, Results, Round
 from validate.report import words
 from validate.report.contents import logs_with_trials, report_of, seatrial_version
-from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, input_figure
+from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, column, input_figure
 from validate.report.labels import (
     advice_words,
     bars,
@@ -42,6 +44,8 @@ LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "rerun-sdk")
 MATERIALITY = 0.10
 #: A standard error of more than so many times the value is not given as a share of it.
 UNKNOWN = 10.0
+#: A prediction ran away where its error is so many times the standard deviation of what was measured.
+RUN_AWAY = 10.0
 #: Logs that are drawn; the others are in the recording.
 PLOTTED = 24
 #: Candidates of a round that are shown; the others are in report.json.
@@ -153,7 +157,7 @@ def evidence(results: Results) -> dict[str, Any]:
         "plots": plots,
         "not_drawn": [name for name, _ in drawn[PLOTTED:]],
         "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:3]] if plots else [],
-        "rounds": [round_rows(r) for r in rounds],
+        "rounds": [round_rows(r, spreads(results)) for r in rounds],
         "apart": found_apart(results),
     }  # fmt: skip
 
@@ -182,7 +186,14 @@ def log_plots(results: Results, name: str, trials: list[Trial]) -> dict[str, Any
     return {"name": name, "id": key, "role": " and ".join(roles), "figures": [f for f in figures if f]}
 
 
-def round_rows(r: Round) -> dict[str, Any]:
+def spreads(results: Results) -> dict[str, float]:
+    """Standard deviation of every channel over all logs, SI."""
+    tables = results.predictions.values()
+    found = {c: [v for t in tables if (v := column(t, c)) is not None] for c, _, _, _ in CHANNELS}
+    return {c: float(np.nanstd(np.concatenate(v))) for c, v in found.items() if v}
+
+
+def round_rows(r: Round, spread: Mapping[str, float]) -> dict[str, Any]:
     """One round: tests by name with p-values per channel, candidates best first with their bars."""
     names = list(dict.fromkeys(t.name for t in r.residual_tests))
     channels = list(dict.fromkeys(t.channel for t in r.residual_tests))
@@ -193,7 +204,7 @@ def round_rows(r: Round) -> dict[str, Any]:
         "channels": [SYMBOL.get(c, c) for c in channels],
         "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
         "candidates": [
-            candidate_row(c, share, c is taken)
+            candidate_row(c, share, c is taken, spread)
             for c, share in list(zip(order, bars(order), strict=True))[:RANKED]
         ],
         "more": len(order) - RANKED,
@@ -210,11 +221,22 @@ def found_apart(results: Results) -> list[str]:
     return [in_words(e.fitted.name) for e in found.effects if e.fitted.name not in accepted]
 
 
-def candidate_row(c: Candidate, share: float, taken: bool) -> dict[str, Any]:
-    """One candidate as it is shown."""
+def tamed(value: float | None, scale: float, spread: float) -> str:
+    """An error in the unit for reading; in words where the prediction ran away."""
+    return "runs away" if value is not None and value > RUN_AWAY * spread else scaled(value, scale)
+
+
+def candidate_row(c: Candidate, share: float, taken: bool, spread: Mapping[str, float]) -> dict[str, Any]:
+    """One candidate as it is shown; ``spread`` is the standard deviation of each channel."""
     scale = {name: factor for name, _, _, factor in CHANNELS}
     change = [
-        (k, scaled(c.rmse_before[k], scale.get(k, 1.0)), scaled(c.rmse_after.get(k), scale.get(k, 1.0)))
+        (
+            k,
+            *(
+                tamed(x, scale.get(k, 1.0), spread.get(k, np.inf))
+                for x in (c.rmse_before[k], c.rmse_after.get(k))
+            ),
+        )
         for k in c.rmse_before
         if c.rmse_before[k] != c.rmse_after.get(k)
     ]

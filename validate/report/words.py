@@ -169,11 +169,13 @@ def effect_words(effect: FittedEffect, errors: bool = True) -> str:
 
 def wiring_words(effect: FittedEffect) -> str:
     """Inputs that are swapped or reversed."""
-    swapped, backwards = effect.options.get("swapped"), effect.options.get("reversed")
-    parts = [f"{joined(map(str, swapped))} swapped"] if isinstance(swapped, (list, tuple)) and swapped else []
-    if isinstance(backwards, (list, tuple)) and backwards:
-        parts.append(f"{joined(map(str, backwards))} reversed")
-    return "input wiring: " + (joined(parts) or "not as declared")
+    ways = (("swapped", effect.options.get("swapped")), ("reversed", effect.options.get("reversed")))
+    parts = [
+        f"a {way} wiring of {joined(map(str, of))}"
+        for way, of in ways
+        if isinstance(of, (list, tuple)) and of
+    ]
+    return joined(parts) or "a wiring that is not as declared"
 
 
 def option_words(effect: FittedEffect) -> str:
@@ -225,8 +227,8 @@ def headline(results: Results) -> str:
             f"The model {model} lacks something: best explained by {effects}, but on these data that "
             f"cannot be told from {others}; with it, {error_words(results)}."
         )
-    beside = f" beside {effects}" if found.effects else ""
-    return f"The model {model} misses something material{beside} that no known effect accounts for."
+    beside = f"Beside {effects}, the" if found.effects else "The"
+    return f"{beside} model {model} misses something material that no known effect accounts for."
 
 
 def equations(fit: Fit) -> list[str]:

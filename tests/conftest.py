@@ -1,0 +1,49 @@
+"""Fixtures that several files of tests share."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+
+import pytest
+
+
+@pytest.fixture
+def device(tmp_path):
+    """Make serial devices in the test's folder, by name."""
+    from capture_samples import Device
+
+    made: list[Device] = []
+
+    def make(name: str) -> Device:
+        made.append(Device(tmp_path / name))
+        return made[-1]
+
+    yield make
+    for one in made:
+        with contextlib.suppress(OSError):
+            os.close(one.master)
+
+
+@pytest.fixture(scope="session")
+def example():
+    """Results without the pipeline: four logs of a toy boat, one effect taken."""
+    from results_example import example_results
+
+    return example_results()
+
+
+@pytest.fixture(scope="session")
+def example_folder(example, tmp_path_factory):
+    """The results folder of the example."""
+    from validate.report_files import write_results
+
+    path = tmp_path_factory.mktemp("example") / "results"
+    write_results(example, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def example_page(example_folder):
+    """report.html of the example."""
+    return (example_folder / "report.html").read_text(encoding="utf-8")

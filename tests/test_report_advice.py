@@ -1,0 +1,82 @@
+"""What to do next: each check is said once, and nothing is said of what is nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from identify.effects import EFFECTS
+from identify.fit import FittedEffect
+from identify.report_fit import lead_words
+from validate.advice import NOTHING_SAILED, advice_for
+from validate.diagnosis import TakenEffect, Verdict
+from validate.loop import Outcome
+from validate.pace import Pace
+
+CHECK = {e.name: e.check for e in EFFECTS}
+EMPTY = Outcome(fitted=None, turns=(), standing=(), wiring=None)
+
+
+def taken(name, input=None, alike=()):
+    return TakenEffect(FittedEffect(name, input, ()), 1e-4, alike)
+
+
+def advice(*effects, verdict=Verdict.AMBIGUOUS):
+    return advice_for(verdict, effects, {"u": 0.0}, EMPTY, 0.1)
+
+
+def test_a_check_is_said_once_however_many_inputs_it_is_about():
+    words = advice(taken("actuator_lag", "left"), taken("actuator_lag", "right"), verdict=Verdict.EXPLAINED)
+    assert words.count(CHECK["actuator_lag"]) == 1
+    assert words.startswith("actuator_lag of left and right: ")
+
+
+def test_the_checks_of_look_alikes_are_said_once_and_by_name():
+    words = advice(
+        taken("current", alike=("wind", "heading_bias")),
+        taken("actuator_lag", "rudder", alike=("wind", "current", "clock_offset (inputs)")),
+    )
+    for name in ("current", "wind", "heading_bias", "actuator_lag", "clock_offset"):
+        assert words.count(CHECK[name]) == 1, name
+    assert "cannot be told from wind or heading_bias" in words
+    assert f"wind: {CHECK['wind']}" in words
+    assert NOTHING_SAILED in words
+
+
+@pytest.mark.parametrize(
+    ("lead", "error", "says"),
+    [
+        (-0.001, 0.001, None),
+        (0.001, 0.001, None),
+        (0.05, math.nan, None),
+        (0.05, 0.01, "0.050 ± 0.010 s ahead of the logged inputs; up to 0.200 s follows"),
+        (-0.05, 0.01, "0.050 ± 0.010 s behind the logged inputs."),
+    ],
+)
+def test_a_lead_of_nothing_is_not_worth_a_word_and_none_is_negative(lead, error, says):
+    words = lead_words(lead, error, 0.2)
+    assert (words == []) == (says is None)
+    assert all(says in w and "-" not in w for w in words)
+
+
+def test_the_share_of_a_search_grows_at_every_step_and_never_reaches_its_end():
+    seen = []
+    pace = Pace(lambda text, share: seen.append(share))
+    for steps, later in ((9, 16), (3, 6), (9, 16), (40, 0), (0, 0)):
+        pace.expect(steps, later)
+        for _ in range(steps + 1):
+            pace("a step")
+    assert (np.diff(seen) > 0).all()
+    assert 0 < seen[0] < 0.1
+    assert 0.9 < seen[-1] < 1
+
+
+def test_a_search_that_goes_as_expected_moves_evenly():
+    seen = []
+    pace = Pace(lambda text, share: seen.append(share))
+    pace.expect(19)
+    for _ in range(19):
+        pace("a step")
+    np.testing.assert_allclose(np.diff(seen), 0.05)

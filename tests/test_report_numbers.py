@@ -1,0 +1,88 @@
+"""Thinning, numbers and axes of the report."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from validate.report.svg import limits_of, path, tick_text, ticks
+from validate.report.thinning import even, extremes
+from validate.report.words import number, plus_minus
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 3000), st.integers(4, 200), st.integers(0, 2**31))
+def test_thinning_keeps_the_extremes_and_the_ends(n, most, seed):
+    value = np.random.default_rng(seed).normal(size=n)
+    rows = extremes(value, most)
+    assert (np.diff(rows) > 0).all()
+    assert len(rows) <= max(most + 2, 4)
+    if n:
+        assert {0, n - 1, int(value.argmin()), int(value.argmax())} <= set(rows.tolist())
+
+
+def test_thinning_keeps_gaps():
+    value = np.sin(np.arange(1000.0))
+    value[300:400] = np.nan
+    rows = extremes(value, 100)
+    assert np.isnan(value[rows]).any()
+    assert np.nanmax(value[rows]) == np.nanmax(value)
+
+
+def test_even_rows_include_both_ends():
+    assert even(10, 3).tolist() == [0, 4, 9]
+    assert even(0, 3).tolist() == []
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "expected"),
+    [
+        (0.178, 0.004, "0.178 ± 0.004"),
+        (-1.31, 0.019, "−1.310 ± 0.019"),
+        (123.4, 40.0, "123 ± 40"),
+        (2.0, math.nan, "2.000"),
+        (math.nan, 0.1, "–"),
+        (1e-8, 1e-9, "1.000·10⁻⁸ ± 1.0·10⁻⁹"),
+    ],
+)
+def test_a_value_is_written_as_far_as_its_error_lets_it_count(value, error, expected):
+    assert plus_minus(value, error) == expected
+
+
+def test_a_number_that_rounds_up_has_no_digit_too_many():
+    assert [number(v) for v in (9.9999, 0.99996, 9.99)] == ["10.0", "1.00", "9.99"]
+
+
+def test_numbers_have_true_minus_signs_and_dashes():
+    assert [number(v) for v in (None, math.inf, 0.0, -0.5, 12345.6, 1e-7)] == [
+        "–",
+        "–",
+        "0",
+        "−0.500",
+        "12346",
+        "1.00·10⁻⁷",
+    ]
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_ticks_are_round_and_inside(low, span):
+    found = ticks(low, low + span)
+    assert len(found) <= 8
+    assert all(low - 1e-6 * span <= t <= low + span * (1 + 1e-6) for t in found)
+
+
+def test_tick_text_has_the_decimals_of_the_step():
+    assert [tick_text(v, 0.05) for v in (-0.05, 0.0, 0.1)] == ["−0.05", "0.00", "0.10"]
+
+
+def test_a_diverging_prediction_does_not_squash_the_measurement():
+    low, high = limits_of([np.array([0.0, 1.0])], [np.array([0.0, 1e6])])
+    assert 1.0 < high < 2.0
+    assert low < 0.0
+
+
+def test_a_path_breaks_where_a_value_is_missing():
+    drawn = path(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, np.nan, 1.0]))
+    assert drawn == "M0 0l10 10M30 10h0"
