@@ -40,7 +40,7 @@ def capturing(*words: object, limit: int | None = None):
     def prepare() -> None:
         os.setsid()
         if limit is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
 
     process = subprocess.Popen(
         [SCRIPT, "capture", *map(str, words)],

@@ -21,7 +21,8 @@ from seatrial.capture.can_adapter import SlcanDecoder
 from seatrial.capture.can_device import NETWORK, CanInterface, check_interface, interface_of, line_of
 from seatrial.capture.device import Unplugged
 from seatrial.capture.opening import open_port
-from seatrial.capture.settings import PortSettings, Protocol
+from seatrial.capture.session import Session
+from seatrial.capture.settings import CaptureSettings, PortSettings, Protocol
 from seatrial.capture.settings_file import Wanted, settings_from
 
 
@@ -83,6 +84,31 @@ def test_frames_of_any_interface_become_lines_that_the_decoder_reads():
     tables = SlcanDecoder().feed([(time.time_ns(), found)]).tables
     assert len(tables["vesselHeading"]) == 30
     assert np.all(np.diff(tables["vesselHeading"]["heading"]) > 0)
+
+
+def test_an_interface_is_captured_from_its_frames_to_the_log(tmp_path):
+    """All but the driver is what SocketCAN goes through: python-can's own bus within this process."""
+    (port,) = settings_from(Wanted(None, ["virtual:seatrial-session"])).ports
+    said, stop, out = [], threading.Event(), tmp_path / "bus.mcap"
+    session = Session(CaptureSettings((port,), out), lambda event: said.append(event.line()))
+    found = []
+    runner = threading.Thread(target=lambda: found.append(session.run(stop)))
+    runner.start()
+    with can.Bus(channel="seatrial-session", interface="virtual") as sender:
+        time.sleep(0.5)
+        for i in range(50):
+            data = bytes.fromhex(slcan_record(i)[10:26].decode())
+            sender.send(can.Message(arbitration_id=0x09F11224, is_extended_id=True, data=data))
+            sender.send(can.Message(is_error_frame=True))
+        time.sleep(0.5)
+    stop.set()
+    runner.join(30.0)
+    (summary,) = found
+    assert not summary.faults and summary.ports[0].records == 50
+    assert raw_bytes(out) == {f"/raw/{port.name}": b"".join(slcan_record(i) for i in range(50))}
+    log = read_log(out)
+    assert len(log.tables["vesselHeading"]) == 50
+    assert {s.quantity for s in log.sources} >= {"heading"}
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,20 @@ import time
 from pathlib import Path
 
 import pytest
-from capture_samples import Device, capturing, ended, lines_until, raw_bytes
+from capture_samples import capturing, ended, lines_until, raw_bytes
 
 from benchmarks.serial_line import block_of, nmea_record
 from ingest import read_log
 from ingest.errors import DataError
+from seatrial.capture.clocks import HostClock
+from seatrial.capture.events import Events
 from seatrial.capture.playback import recorded_ports
+from seatrial.capture.port_reader import PortReader
 from seatrial.capture.recovery import recover
 from seatrial.capture.session import Session
 from seatrial.capture.settings import CaptureSettings, PortSettings, Protocol
 
+SECOND = 1_000_000_000
 CAMPAIGN = """[vessel]
 name = "Survey 40"
 length = 4.0
@@ -34,11 +38,8 @@ name = "modulus"
 
 
 @pytest.fixture
-def device(tmp_path):
-    made = Device(tmp_path / "gps")
-    yield made
-    with contextlib.suppress(OSError):
-        os.close(made.master)
+def gps(device):
+    return device("gps")
 
 
 def children(pid: int) -> list[int]:
@@ -48,14 +49,14 @@ def children(pid: int) -> list[int]:
 
 
 @pytest.mark.parametrize("instant", [0.03, 0.45, 0.77, 1.3])
-def test_killed_at_any_instant_rotating_or_not(device, tmp_path, instant):
+def test_killed_at_any_instant_rotating_or_not(gps, tmp_path, instant):
     out = tmp_path / "k.mcap"
-    with capturing("--port", device.link, "--baud", 115200, "--out", out, "--rotate-size", 0.004) as process:
-        device.wait_for_reader()
+    with capturing("--port", gps.link, "--baud", 115200, "--out", out, "--rotate-size", 0.004) as process:
+        gps.wait_for_reader()
         sent, began = [], time.monotonic()
         while time.monotonic() < began + instant:
-            device.write(nmea_record(len(sent)))
-            sent.append((time.monotonic(), device.sent))
+            gps.write(nmea_record(len(sent)))
+            sent.append((time.monotonic(), gps.sent))
             time.sleep(0.01)
         killed = time.monotonic()
         os.killpg(process.pid, signal.SIGKILL)
@@ -72,19 +73,19 @@ def test_killed_at_any_instant_rotating_or_not(device, tmp_path, instant):
     assert len(files) > 1 or instant < 1.0
 
 
-def test_a_clock_that_is_set_is_told_and_the_record_goes_on(device, tmp_path, monkeypatch):
-    port = PortSettings(str(device.link), 115200, Protocol.nmea, "gps")
+def test_a_clock_that_is_set_is_told_and_the_record_goes_on(gps, tmp_path, monkeypatch):
+    port = PortSettings(str(gps.link), 115200, Protocol.nmea, "gps")
     said, stop = [], threading.Event()
     settings = CaptureSettings((port,), tmp_path / "c.mcap", decode=False)
     session = Session(settings, lambda event: said.append(event.line()))
     runner = threading.Thread(target=session.run, args=(stop,))
     runner.start()
-    device.wait_for_reader()
+    gps.wait_for_reader()
     real = time.time_ns
     for i in range(60):
         if i == 30:
             monkeypatch.setattr(time, "time_ns", lambda: real() - 7_200_000_000_000)
-        device.write(nmea_record(i))
+        gps.write(nmea_record(i))
         time.sleep(0.04)
     stop.set()
     runner.join(10.0)
@@ -95,25 +96,25 @@ def test_a_clock_that_is_set_is_told_and_the_record_goes_on(device, tmp_path, mo
     assert (steps >= 0).all() and steps.max() < 1_000_000_000
 
 
-def test_decoders_that_die_cost_no_byte(device, tmp_path):
+def test_decoders_that_die_cost_no_byte(gps, tmp_path):
     out = tmp_path / "d.mcap"
-    with capturing("--port", device.link, "--baud", 115200, "--out", out) as process:
-        talking = device.talk(block_of("nmea", 1 << 14), 4.0)
+    with capturing("--port", gps.link, "--baud", 115200, "--out", out) as process:
+        talking = gps.talk(block_of("nmea", 1 << 14), 4.0)
         lines_until(process, "speaks NMEA", 20.0)
         os.kill(children(process.pid)[-1], signal.SIGKILL)
         lines_until(process, "the bytes of all ports are still kept", 10.0)
         talking.join()
         time.sleep(0.3)
         ended(process)
-    assert len(raw_bytes(out)["/raw/gps"]) == device.sent > 20_000
+    assert len(raw_bytes(out)["/raw/gps"]) == gps.sent > 20_000
 
 
-def test_an_identification_that_dies_costs_no_byte_and_no_record(device, tmp_path):
+def test_an_identification_that_dies_costs_no_byte_and_no_record(gps, tmp_path):
     campaign, out = tmp_path / "campaign.toml", tmp_path / "i.mcap"
     campaign.write_text(CAMPAIGN, encoding="utf-8")
-    words = ("--port", device.link, "--baud", 115200, "--out", out, "--campaign", campaign)
+    words = ("--port", gps.link, "--baud", 115200, "--out", out, "--campaign", campaign)
     with capturing(*words) as process:
-        talking = device.talk(block_of("nmea", 1 << 14), 5.0)
+        talking = gps.talk(block_of("nmea", 1 << 14), 5.0)
         lines_until(process, "speaks NMEA", 20.0)
         os.kill(children(process.pid)[0], signal.SIGKILL)
         lines_until(process, "the identification has ended unexpectedly", 10.0)
@@ -122,7 +123,7 @@ def test_an_identification_that_dies_costs_no_byte_and_no_record(device, tmp_pat
         summary, _ = ended(process)
     assert process.returncode == 0
     assert "did not come to its end" in summary
-    assert len(raw_bytes(out)["/raw/gps"]) == device.sent > 20_000
+    assert len(raw_bytes(out)["/raw/gps"]) == gps.sent > 20_000
     assert "not decoded" not in summary
     assert len(read_log(out).tables["HDT"]) > 100
 
@@ -135,15 +136,38 @@ def test_an_identification_that_dies_costs_no_byte_and_no_record(device, tmp_pat
         (None, 2, "is not there"),
     ],
 )
-def test_a_wrong_campaign_is_said_before_anything_begins(device, tmp_path, text, status, expected, capsys):
+def test_a_wrong_campaign_is_said_before_anything_begins(gps, tmp_path, text, status, expected, capsys):
     from seatrial.__main__ import main
 
     campaign, out = tmp_path / "campaign.toml", tmp_path / "w.mcap"
     if text is not None:
         campaign.write_text(text, encoding="utf-8")
-    words = ["--port", str(device.link), "--baud", "9600", "--out", str(out), "--campaign", str(campaign)]
+    words = ["--port", str(gps.link), "--baud", "9600", "--out", str(out), "--campaign", str(campaign)]
     with pytest.raises(SystemExit) as exit_:
         main(["capture", *words])
     assert exit_.value.code == status
     assert expected in " ".join(capsys.readouterr().err.split())
     assert not out.exists()
+
+
+def test_a_clock_that_is_set_does_not_make_the_record_step(monkeypatch):
+    clock = HostClock()
+    before = clock.stamp()
+    real = time.time_ns
+    monkeypatch.setattr(time, "time_ns", lambda: real() + 3600 * SECOND)
+    after = clock.stamp()
+    assert 0 <= after.log_ns - before.log_ns < SECOND
+    assert after.wall_ns - before.wall_ns == pytest.approx(3600 * SECOND, abs=SECOND)
+    assert clock.stepped() == pytest.approx(3600 * SECOND, abs=SECOND)
+    assert clock.stepped() == 0
+
+
+def test_a_port_that_stays_away_is_tried_ever_less_often(monkeypatch, tmp_path):
+    said, waits, clock = [], [], HostClock()
+    reader = PortReader(
+        PortSettings(str(tmp_path / "none"), 9600, name="gps"), clock, Events(clock, said.append), 5.0
+    )
+    monkeypatch.setattr(reader._halt, "wait", lambda s: waits.append(s) or len(waits) == 9)
+    reader.run()
+    assert waits == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 5.0, 5.0, 5.0]
+    assert len(said) == 1 and "cannot be opened" in said[0].text

@@ -1,16 +1,15 @@
-"""CAN adapters that speak SLCAN: lines of hexadecimal text to frames, frames to NMEA 2000 messages."""
+"""CAN adapters that speak SLCAN: the lines are those of the log readers; here is what waits for its end."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from seatrial.capture.decoders import LONGEST, Tables
-from seatrial.capture.detection import SLCAN_FRAME
 from seatrial.capture.piece_buffer import PieceBuffer
+from seatrial.capture.recognised import Recognised
 
 if TYPE_CHECKING:
     from ingest.canbus.frames import Frames
@@ -19,56 +18,30 @@ if TYPE_CHECKING:
 PATIENCE_NS = 2_000_000_000
 
 
-@dataclass(frozen=True)
-class Line:
-    """One frame as text, and where its line ends."""
-
-    can_id: int
-    extended: bool
-    data: bytes
-    end: int
-
-
-def lines(data: bytes) -> list[Line]:
-    """Data frames in a stream of SLCAN; remote frames, answers and junk are passed over."""
-    found = []
-    for match in SLCAN_FRAME.finditer(data):
-        text = match.group()
-        digits = 8 if text[:1] == b"T" else 3
-        size = int(text[1 + digits : 2 + digits])
-        payload = bytes.fromhex(text[2 + digits : 2 + digits + 2 * size].decode())
-        found.append(Line(int(text[1 : 1 + digits], 16), digits == 8, payload, match.end()))
-    return found
-
-
 class SlcanDecoder:
     """Decodes an SLCAN adapter on an NMEA 2000 network."""
 
     def __init__(self) -> None:
+        from ingest.canbus.sources import sources
+
         self._buffer = PieceBuffer()
+        self._known = Recognised(sources)
         self._waiting: Frames | None = None
 
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
         """Tables per PGN."""
+        from ingest.canbus.slcan import scan
+
         self._buffer.add(pieces)
-        data = self._buffer.data
-        end = max(data.rfind(b"\r") + 1, len(data) - LONGEST)
-        found = lines(data[:end])
-        covered = sum(len(line.data) * 2 + (10 if line.extended else 5) + 1 for line in found)
-        times = (
-            self._buffer.times(np.array([line.end for line in found], np.int64))
-            if found
-            else np.empty(0, np.int64)
-        )
+        found = scan(self._buffer.data)
+        end = max(found.remainder, len(self._buffer.data) - LONGEST)
+        frames = found.frames(self._buffer.times(found.end))
         self._buffer.drop(end)
-        decoded = self._decoded(frames_of(found, times)) if found else Tables()
-        return Tables(
-            decoded.tables,
-            decoded.units,
-            decoded.sources,
-            len(found),
-            max(0, end - covered) if not found else 0,
-        )
+        damaged = int((found.damage[:, 1] - found.damage[:, 0]).sum()) + end - found.remainder
+        decoded = self._decoded(frames) if len(frames) else Tables()
+        self._known.add(decoded.tables)
+        seen = self._known.sources, len(frames), damaged, self._known.settled
+        return Tables(decoded.tables, decoded.units, *seen)
 
     def _decoded(self, frames: Frames) -> Tables:
         from ingest.canbus.frames import Capture
@@ -80,25 +53,7 @@ class SlcanDecoder:
             found = decoded(Capture(ready, {}, (), 0, "utc"), ReadOptions())
         except ValueError:
             return Tables()
-        return Tables(found.tables, found.units, found.sources)
-
-
-def frames_of(found: Sequence[Line], times: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> Frames:
-    """Frames as columns."""
-    from ingest.canbus.frames import Frames
-
-    data = np.zeros((len(found), 8), np.uint8)
-    for row, line in zip(data, found, strict=True):
-        row[: len(line.data)] = np.frombuffer(line.data, np.uint8)
-    return Frames(
-        times,
-        np.array([line.can_id for line in found], np.uint32),
-        np.array([line.extended for line in found], bool),
-        np.zeros(len(found), np.int16),
-        np.array([len(line.data) for line in found], np.uint8),
-        data,
-        ("can",),
-    )
+        return Tables(found.tables, found.units)
 
 
 def joined(before: Frames | None, after: Frames) -> Frames:

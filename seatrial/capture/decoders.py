@@ -13,6 +13,7 @@ import numpy as np
 
 from ingest.log import Source
 from seatrial.capture.piece_buffer import PieceBuffer
+from seatrial.capture.recognised import Recognised
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,9 +32,11 @@ class Tables:
         One per topic; index in nanoseconds as the pieces have them.
     units : mapping of (topic, column) to str
     sources : tuple of Source
-        What looks like position, heading, ….
+        What looks like position, heading, …, of all that came lately; not all of it need be in these tables.
     messages, damaged : int
         Records decoded, and bytes that belong to none.
+    settled : bool
+        Whether so much has come that what is not among the sources is nothing known.
     """
 
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
@@ -41,6 +44,7 @@ class Tables:
     sources: tuple[Source, ...] = ()
     messages: int = 0
     damaged: int = 0
+    settled: bool = True
 
 
 class Decoder(Protocol):
@@ -54,11 +58,13 @@ class SerialDecoder:
     """NMEA 0183, UBX and RTCM3, mixed as they come."""
 
     def __init__(self) -> None:
+        from ingest.marine.rules import sources_of
+
         self._buffer = PieceBuffer()
+        self._known = Recognised(sources_of)
 
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
         """Tables per sentence and message."""
-        from ingest.marine.rules import sources_of
         from ingest.marine.stream import decode_stream
 
         self._buffer.add(pieces)
@@ -73,7 +79,9 @@ class SerialDecoder:
         )
         self._buffer.drop(end)
         damaged += self._forget(0)
-        return Tables(stream.tables, stream.units, sources_of(stream.tables), stream.messages, damaged)
+        self._known.add(stream.tables)
+        found = self._known.sources, stream.messages, damaged, self._known.settled
+        return Tables(stream.tables, stream.units, *found)
 
     def _forget(self, count: int) -> int:
         """Forget so many bytes, and more where too many are left; how many of them were no line ends."""
@@ -95,15 +103,14 @@ class MavlinkDecoder:
 
     def __init__(self) -> None:
         self._buffer = PieceBuffer()
+        self._known = Recognised(mavlink_sources)
 
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
         """Tables per message."""
-        from ingest.detect import detect
         from ingest.damage import uncovered
         from ingest.mavlink.decode import Timed, decode_frames, field_units
         from ingest.mavlink.dialect import DEFAULT, load_dialect
         from ingest.mavlink.frames import scan
-        from ingest.mavlink.mavlink_rules import RULES, chosen_component
         from ingest.mavlink.stream import LONGEST as LONGEST_FRAME
 
         self._buffer.add(pieces)
@@ -115,11 +122,18 @@ class MavlinkDecoder:
         _, lost = uncovered(starts, ends, last)
         tables = decode_frames(Timed(memoryview(data), frames, self._buffer.times(ends)), dialect)
         self._buffer.drop(keep)
-        sources = chosen_component(detect(RULES, tables), tables) if tables else ()
-        known = int((frames.kind >= 0).sum())
-        return Tables(
-            tables, field_units(tables.keys(), dialect), sources, known, int(lost.sum()) + keep - last
-        )
+        self._known.add(tables)
+        count, damaged = int((frames.kind >= 0).sum()), int(lost.sum()) + keep - last
+        units = field_units(tables.keys(), dialect)
+        return Tables(tables, units, self._known.sources, count, damaged, self._known.settled)
+
+
+def mavlink_sources(tables: Mapping[str, pd.DataFrame]) -> tuple[Source, ...]:
+    """What the messages of an autopilot hold."""
+    from ingest.detect import detect
+    from ingest.mavlink.mavlink_rules import RULES, chosen_component
+
+    return chosen_component(detect(RULES, tables), tables)
 
 
 def decoder_for(protocol: str) -> Decoder | None:

@@ -1,45 +1,22 @@
-"""Text of inertial sensors: VectorNav's sentences, or lines of numbers, with names or without.
-
-``#YPR=12.3,-1.0,0.4``, ``!ANG:1.2,3.4,5.6``, ``yaw:12.3 pitch:-1.0 roll:0.4``, ``1.0, 2.0, 3.0``.
-"""
+"""Text of inertial sensors: lines of numbers as the log readers take them, or VectorNav's sentences."""
 
 from __future__ import annotations
 
-import re
-from collections import defaultdict
 from collections.abc import Sequence
 
 from seatrial.capture.decoders import LONGEST, SerialDecoder, Tables
 from seatrial.capture.piece_buffer import PieceBuffer
-
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_NAMED = re.compile(rf"([A-Za-z_]\w*)\s*[:=]\s*({_NUMBER})(?![\d.,]*,)")
-_LINE = re.compile(
-    rf"[#!$]?(?P<label>[A-Za-z_]\w*)?\s*[:=,]?\s*(?P<values>{_NUMBER}(?:\s*[,;\s]\s*{_NUMBER})+)"
-)
-_VALUE = re.compile(_NUMBER)
-
-Row = dict[str, float]
-
-
-def parsed(line: str) -> tuple[str, Row] | None:
-    """Label and values of a line; None where it is no line of numbers."""
-    line = line.strip().rstrip(",;")
-    named = _NAMED.findall(line)
-    if len(named) >= 2:
-        return "IMU", {name: float(value) for name, value in named}
-    found = _LINE.fullmatch(line)
-    if found is None:
-        return None
-    values = [float(v) for v in _VALUE.findall(found["values"])]
-    return found["label"] or "IMU", {f"value[{i}]": v for i, v in enumerate(values)}
+from seatrial.capture.recognised import Recognised
 
 
 class ImuDecoder:
     """Decodes a port that sends text of an inertial sensor."""
 
     def __init__(self) -> None:
+        from ingest.marine.imu_text import sources_of
+
         self._buffer = PieceBuffer()
+        self._known = Recognised(sources_of)
         self._sentences: SerialDecoder | None = None
 
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
@@ -52,22 +29,20 @@ class ImuDecoder:
         return self._lines()
 
     def _lines(self) -> Tables:
-        import numpy as np
         import pandas as pd
 
-        end = max(self._buffer.data.rfind(b"\n") + 1, len(self._buffer.data) - LONGEST)
-        rows: dict[str, list[Row]] = defaultdict(list)
-        places: dict[str, list[int]] = defaultdict(list)
-        damaged, at = 0, 0
-        for raw in self._buffer.data[:end].splitlines(keepends=True):
-            at += len(raw)
-            found = parsed(raw.decode("latin-1"))
-            if found is None:
-                damaged += len(raw) if raw.strip() else 0
-                continue
-            rows[found[0]].append(found[1])
-            places[found[0]].append(at)
-        times = {label: self._buffer.times(np.array(ends, np.int64)) for label, ends in places.items()}
+        from ingest.marine.imu_text import read_lines
+
+        data = self._buffer.data
+        whole = data.rfind(b"\n") + 1
+        end = max(whole, len(data) - LONGEST)
+        text = read_lines(data)
+        tables = {
+            label: table.set_axis(pd.Index(self._buffer.times(ends), name="t_ns"), axis=0)
+            for label, (table, ends) in text.tables.items()
+        }
         self._buffer.drop(end)
-        tables = {t: pd.DataFrame(r, index=pd.Index(times[t], name="t_ns")) for t, r in rows.items()}
-        return Tables(tables, messages=sum(map(len, rows.values())), damaged=damaged)
+        damaged = int((text.damage[:, 1] - text.damage[:, 0]).sum()) + end - whole
+        self._known.add(tables)
+        count = sum(map(len, tables.values()))
+        return Tables(tables, {}, self._known.sources, count, damaged, self._known.settled)

@@ -50,8 +50,7 @@ class Sample:
 
 def samples_of(tables: Tables) -> Iterator[Sample]:
     """The signals in a batch of tables."""
-    known = [s for s in tables.sources if s.topic in tables.tables]
-    for source in known:
+    for source in (s for s in tables.sources if s.topic in tables.tables):
         if source.quantity == "position":
             yield from position_of(source, tables)
             continue
@@ -61,7 +60,7 @@ def samples_of(tables: Tables) -> Iterator[Sample]:
                 unit = tables.units.get((source.topic, column), source.unit)
                 yield Sample(source.quantity, f"{source.topic}.{column}", unit, table.index.to_numpy(np.int64),
                              table[column].to_numpy(np.float64))  # fmt: skip
-    if not known:
+    if tables.settled and not tables.sources:
         yield from everything(tables)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol as Shape
 
+from seatrial.capture.autopilot import AutopilotDevice
 from seatrial.capture.device import Device, check_device
 from seatrial.capture.settings import PortSettings, Protocol
 
@@ -36,7 +37,8 @@ def open_port(settings: PortSettings) -> Port:
         return CanInterface.start(*interface, settings.bitrate)
     if settings.protocol is Protocol.slcan:
         return SlcanAdapter.start(settings.device, settings.baud, settings.bitrate)
-    return Device.open(settings.device, settings.baud)
+    kind = AutopilotDevice if settings.heartbeat else Device
+    return kind.open(settings.device, settings.baud)
 
 
 def check_port(settings: PortSettings) -> None:

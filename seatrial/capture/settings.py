@@ -41,6 +41,8 @@ class PortSettings:
         Names its channels: ``/raw/NAME``, ``/NAME/TOPIC``.
     bitrate : int
         Of the bus behind a CAN adapter, bit/s.
+    heartbeat : bool
+        Whether an autopilot is told once a second that somebody listens.
     """
 
     device: str
@@ -48,6 +50,7 @@ class PortSettings:
     protocol: Protocol = Protocol.auto
     name: str = ""
     bitrate: int = BITRATE
+    heartbeat: bool = False
 
     @property
     def raw_topic(self) -> str:

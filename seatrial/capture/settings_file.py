@@ -22,6 +22,7 @@ TOP: dict[str, tuple[type, ...]] = {
 }  # fmt: skip
 OF_PORT: dict[str, tuple[type, ...]] = {
     "device": (str,), "baud": (int,), "protocol": (str,), "name": (str,), "bitrate": (int,),
+    "heartbeat": (bool,),
 }  # fmt: skip
 SAID = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "[[port]] tables"}
 T = TypeVar("T")
@@ -45,6 +46,7 @@ class Wanted:
     state: Path | None = None
     forget_minutes: float | None = None
     bitrates: Sequence[int] = ()
+    heartbeat: bool = False
 
 
 def settings_from(wanted: Wanted) -> CaptureSettings:
@@ -57,7 +59,7 @@ def settings_from(wanted: Wanted) -> CaptureSettings:
     """
     file = config_file(wanted)
     settings = CaptureSettings((), Path(DEFAULT_OUT)) if file is None else read_settings(file)
-    ports = command_line_ports(wanted) or settings.ports
+    ports = with_heartbeats(command_line_ports(wanted) or settings.ports, wanted.heartbeat)
     if not ports:
         raise UsageError(f"no port: name one with --port and --baud, or write a {FILENAME}.")
     given = {
@@ -110,6 +112,15 @@ def command_line_ports(wanted: Wanted) -> tuple[PortSettings, ...]:
         as_can(PortSettings(d, b, protocol_of("--protocol", p), bitrate=r))
         for d, b, p, r in zip(wanted.ports, bauds or (), protocols, bitrates, strict=True)
     )
+
+
+def with_heartbeats(ports: tuple[PortSettings, ...], wanted: bool) -> tuple[PortSettings, ...]:
+    """Ports of autopilots are sent heartbeats where that is wanted; no other port is ever sent anything."""
+    if not wanted:
+        return ports
+    if not any(p.protocol is Protocol.mavlink for p in ports):
+        raise UsageError("--heartbeat: expected a port with --protocol mavlink to send it to, found none.")
+    return tuple(replace(p, heartbeat=p.heartbeat or p.protocol is Protocol.mavlink) for p in ports)
 
 
 def as_can(port: PortSettings) -> PortSettings:
@@ -205,9 +216,12 @@ def port_of(path: Path, number: int, table: object) -> PortSettings:
         wrong_value(
             path, where + "protocol", f"one of {', '.join(Protocol.__members__)}", name, Protocol.__members__
         )
-    bitrate = table.get("bitrate", BITRATE)
+    heartbeat = table.get("heartbeat", False)
+    if heartbeat and name != Protocol.mavlink:
+        raise CampaignError(path, where + "heartbeat", 'a port with protocol = "mavlink"', f'"{name}"')
+    baud, bitrate = table.get("baud", 0), table.get("bitrate", BITRATE)
     return as_can(
-        PortSettings(table["device"], table.get("baud", 0), Protocol[name], table.get("name", ""), bitrate)
+        PortSettings(table["device"], baud, Protocol[name], table.get("name", ""), bitrate, heartbeat)
     )
 
 

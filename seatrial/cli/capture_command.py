@@ -49,11 +49,16 @@ def command(
         float | None,
         typer.Option(help="The identification forgets with this time constant [default: never]."),
     ] = None,
+    heartbeat: Annotated[
+        bool,
+        typer.Option("--heartbeat", help="Tell autopilots (--protocol mavlink) that somebody listens."),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
 ) -> None:
     """Record serial ports, every byte with its time of arrival, and decode them.
 
-    Nothing is ever sent to a device, but for an adapter of protocol slcan, which is told to listen.
+    Nothing is ever sent to a device, but for an adapter of protocol slcan, which is told to listen, and heartbeats to
+    an autopilot where they are asked for.
 
     Ends with Ctrl-C. What has arrived is in the file after half a second at most, whatever happens then.
 
@@ -82,6 +87,7 @@ def command(
         state,
         forget_minutes,
         bitrate or [],
+        heartbeat,
     )
     settings = settings_from(wanted)
     if settings.campaign is not None:

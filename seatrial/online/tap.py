@@ -32,11 +32,11 @@ QUANTITIES = (*NEEDED, "yaw_rate", "velocity", "wind")
 
 @dataclass(frozen=True)
 class Taken:
-    """Where a quantity or an input is taken from: the port, and the source or the input with its unit settled."""
+    """Where a quantity or an input is taken from: the port, the source, and the input with its unit settled."""
 
     port: str
     topic: str
-    source: Source | None = None
+    source: Source
     declared: Input | None = None
 
 
@@ -126,8 +126,7 @@ class Tap:
     def _read(self, log: Log, name: str, taken: Taken) -> Raw | None:
         try:
             if taken.declared is not None:
-                return read_input(log, taken.declared)[0]
-            assert taken.source is not None
+                return read_input(replace(log, sources=(taken.source,)), taken.declared)[0]
             sensors = {s.quantity: s for s in self.campaign.sensors}
             return read_raw(log, taken.source, sensors.get(name), self.campaign.vessel)
         except MissingSignal:
@@ -159,7 +158,7 @@ def joined(batches: list[Tables]) -> Tables:
         for k in topics
     }
     units = {k: v for b in batches for k, v in b.units.items()}
-    sources = {(s.quantity, s.name): s for b in batches for s in b.sources}
+    sources = {(s.quantity, s.name): s for b in batches for s in b.sources if s.topic in tables}
     return Tables(tables, units, tuple(sources.values()))
 
 
@@ -184,4 +183,4 @@ def _input(log: Log, declared: Input) -> Taken | None:
     except MissingSignal:
         return None
     settled = declared if how == "calibration" else replace(declared, unit=how)
-    return Taken("", raw.source.topic, declared=settled)
+    return Taken("", raw.source.topic, raw.source, settled)
