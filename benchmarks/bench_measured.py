@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measured_peers import PEERS
-from identify.base_fit import fit_declared, regression_start
+from identify.base_fit import fit_declared
 from identify.choose_model import choose_model
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
+from identify.whole_logs import regression_start
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial import load_campaign

@@ -71,14 +71,46 @@ def sysidentpy_runs(h: float, runs: Runs) -> list[Any]:
     return predicted
 
 
-def vessel_manoeuvring_models_runs(h: float, runs: Runs) -> list[Any]:
-    """Not run yet: only whether its regression can be imported is told."""
-    del h, runs
-    from vessel_manoeuvring_models.models.regression import Regression
+#: KVLCC2 at the scale of the runs (Yasukawa and Yoshimura 2015), as the library names and uses it.
+PARTICULARS = {
+    "L": 7.0, "B": 1.2688, "T": 0.455, "CB": 0.81, "rho": 1000.0, "x_G": 0.2436, "m": 3272.0, "volume": 3.27,
+    "I_z": 9908.6,
+}  # fmt: skip
 
-    raise NotImplementedError(
-        f"{Regression.__name__} wants added masses and particulars that nobody declared here"
-    )
+
+def vessel_manoeuvring_models_runs(h: float, runs: Runs) -> list[Any]:
+    """Least squares of the accelerations on an Abkowitz model of third order, added masses by its formulas."""
+    import pandas as pd
+    from vessel_manoeuvring_models.models import vmm_abkowitz_no_thrust as model
+    from vessel_manoeuvring_models.models.brix_coefficients import calculate
+    from vessel_manoeuvring_models.models.regression import MotionRegression
+
+    tables = [(_as_table(pd, h, x, d), used) for x, d, used in runs]
+    masses = calculate(pd.DataFrame({"value": PARTICULARS}))["prime"].dropna()
+    found = MotionRegression(
+        vmm=model.vmm_abkowitz, data=pd.concat([t for t, used in tables if used]),
+        added_masses={k: float(v) for k, v in masses.items() if k.endswith("dot")},
+        ship_parameters=PARTICULARS, exclude_parameters={"Ythrustdelta": 0.0}, connect_equations_Y_N_rudder=False,
+    )  # fmt: skip
+    simulator = found.create_model(control_keys=["delta", "thrust"])
+    return [_simulated(simulator, t) for t, _ in tables]
+
+
+def _as_table(pd: Any, h: float, x: Any, d: Any) -> Any:
+    """A run as the library takes it: states, their slopes, where it went, rudder; the thrust is not used."""
+    slopes = np.gradient(x, h, axis=0)
+    psi = np.concatenate([[0.0], np.cumsum(0.5 * h * (x[1:, 2] + x[:-1, 2]))])
+    columns = dict(zip(("u", "v", "r", "u1d", "v1d", "r1d"), (*x.T, *slopes.T), strict=True))
+    columns |= {"x0": np.zeros(len(x)), "y0": np.zeros(len(x)), "psi": psi, "delta": d[:, 0]}
+    return pd.DataFrame(columns | {"thrust": np.zeros(len(x))}, index=h * np.arange(len(x)))
+
+
+def _simulated(simulator: Any, table: Any) -> Any:
+    """Free run (n, 3) of the library's own simulator; NaN from where it gave up."""
+    out = np.full((len(table), 3), np.nan)
+    found = simulator.simulate(table, method="RK45").result[["u", "v", "r"]].to_numpy(dtype=float)
+    out[: len(found)] = found[: len(out)]
+    return out
 
 
 def _scales(runs: Runs) -> tuple[Any, Any]:

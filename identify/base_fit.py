@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.joined import Joined, chain_of, join, spreads
-from identify.models import MODEL_BY_NAME, terms_for
+from identify.chain import spreads
 from identify.noise import calibrated
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
+from identify.whole_logs import joined_from_simple
 from identify.windows import Problem, cut, first_states
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
@@ -36,10 +36,6 @@ PATIENCE = 4
 FAR = 3.0
 #: Below this cost per degree of freedom a model is at the noise.
 NEAR = 1.2
-#: The model that leads others into a good valley: few terms, of which most models have some.
-LEAN = "blanke"
-#: Jumps between windows where a search begins from another model's solution.
-FIRM = (1e-2, 3e-3, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -64,11 +60,6 @@ class Fitted:
             kind = self.problem.stretches[w.stretch].samples.kind[w.samples]
             total += float(np.sum(residual**2 * (self.problem.inflation[kind] ** 2)[:, None]))
         return total / self.degrees_of_freedom
-
-
-def null_parameters(structure: Structure) -> FloatArray:
-    """Parameters (np,) with every effect at its null and every coefficient zero."""
-    return np.array([s.parameter.null if s.coefficient < 0 else 0.0 for s in structure.slots])
 
 
 def window_length(length: float) -> float:
@@ -230,38 +221,6 @@ def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> 
 Way = Callable[[Structure, tuple[Stretch, ...]], Fitted]
 #: Ways that cost little.
 QUICK_WAYS: tuple[Way, ...] = (_by_short_windows, _by_middling_windows, _by_regression_alone)
-
-
-def joined_from_simple(structure: Structure, stretches: Sequence[Stretch]) -> Joined | None:
-    """Fit whole logs free-running, from the regression and from the solution of a lean model; the better of the two.
-
-    A rich model has many valleys; the one that a lean model leads into is rarely a bad one, and often the best.
-    """
-    chain = chain_of(structure, stretches)
-    p, prior = regression_start(structure, stretches)
-    found = [join(chain, p, prior)]
-    lean = lean_structure(structure)
-    if lean is not None:
-        q, known = regression_start(lean, stretches)
-        leader = join(chain_of(lean, stretches), q, known)
-        if leader is not None:
-            found.append(join(chain, structure.carried(leader.p, lean), prior, leader.first, jumps=FIRM))
-    return min((f for f in found if f is not None), key=lambda f: f.cost, default=None)
-
-
-def regression_start(structure: Structure, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:
-    """Coefficients by regression, effects at their null, and what is known beforehand."""
-    p = start_by_regression(structure, null_parameters(structure), stretches)
-    return p, prior_for(structure, coefficient_scales(structure, p, stretches))
-
-
-def lean_structure(structure: Structure) -> Structure | None:
-    """The same vessel, logs and effects with the model ``LEAN``; None where that has no more to say."""
-    model = MODEL_BY_NAME[LEAN]
-    if structure.model.name == LEAN or not structure.setting.of_kind("rudder"):
-        return None
-    terms, _ = terms_for(model, structure.vessel, structure.inputs)
-    return replace(structure, model=model, setting=replace(structure.setting, terms=terms))
 
 
 def _at(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:

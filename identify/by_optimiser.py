@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify import kernel
-from identify.base_fit import Fitted, fit_states, null_parameters, window_length
+from identify.base_fit import Fitted, fit_states, window_length
 from identify.drive import Drive, drive
 from identify.lanes import Compared, Driven, misfits_in_lanes
 from identify.noise import calibrated
@@ -22,7 +22,7 @@ from identify.output_error import prior_for
 from identify.prepare import Prepared
 from identify.regression import coefficient_scales, start_by_regression, through_water
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 from identify.windows import Problem, Window, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.base_fit import Fitted, null_parameters
+from identify.base_fit import Fitted
 from identify.by_optimiser import with_states
 from identify.estimators import ESTIMATORS, Estimate
 from identify.estimators.tuning import Hyper, tune
@@ -16,7 +16,7 @@ from identify.optimisers import OPTIMISERS
 from identify.prepare import Prepared
 from identify.regression import accelerations, regressors
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 from preprocess.weak_form import weak_form
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -19,8 +19,6 @@ from identify.base_fit import (
     FAR,
     Fitted,
     fit_from_scratch,
-    joined_from_simple,
-    regression_start,
     relative_errors,
     window_length,
 )
@@ -32,6 +30,7 @@ from identify.predict import run, shown, true_first_state
 from identify.prepare import Prepared, prepare
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.whole_logs import joined_from_simple, regression_start
 from identify.windows import Problem
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial

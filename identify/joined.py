@@ -11,66 +11,32 @@ The normal equations are banded in the windows' states, so the cost grows with t
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import solveh_banded
 
 from identify import kernel
+from identify.chain import UVR, Chain
 from identify.drive import directions, drive
 from identify.output_error import Prior
 from identify.regression import through_water
-from identify.stretch import IntArray, Stretch
+from identify.stretch import IntArray
 from identify.structure import Structure
 from identify.tangents import Run, padded, run_for, sensitivities
 from identify.windows import along_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Length of the windows for a vessel of one metre, s; it grows with the root of the length.
-LENGTH = 5.0
 #: How much a state may jump between two windows, in units of its spread in the log: from loose to tight.
 JUMPS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3)
 #: How well a log's first state is known, in units of the spread of u, v, r.
 FIRST = 2e-3
-#: A channel that hardly varies in a log counts as if it varied by this share of its spread over all logs.
-LEAST = 0.1
 #: Size of the errors that what is known beforehand is weighed against, in units of the spread. They are far from
 #: independent, so they count much less than their number.
 ERROR = 1.0
-#: Places of u, v, r in the state.
-_UVR = slice(3, 6)
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A window of one stretch: ``steps`` from ``begin``, ``opens`` where the stretch begins with it."""
-
-    stretch: int
-    begin: int
-    steps: int
-    opens: bool
-
-
-@dataclass(frozen=True)
-class Chain:
-    """Stretches in pieces that follow each other.
-
-    ``spread`` (stretches, 3) of u, v, r in each; ``measured`` per stretch the states (steps + 1, 3) that are compared.
-    """
-
-    structure: Structure
-    stretches: tuple[Stretch, ...]
-    pieces: tuple[Piece, ...]
-    spread: FloatArray
-
-    def without(self, stretches: Collection[int]) -> Chain:
-        """The same without some stretches."""
-        kept = tuple(p for p in self.pieces if p.stretch not in stretches)
-        return Chain(self.structure, self.stretches, kept, self.spread)
 
 
 @dataclass(frozen=True)
@@ -93,25 +59,6 @@ class _Normal:
     information: FloatArray
     score: FloatArray
     cost: float
-
-
-def chain_of(structure: Structure, stretches: Sequence[Stretch]) -> Chain:
-    """Cut stretches into pieces, and find how much u, v and r vary in each."""
-    length = LENGTH * max(1.0, float(np.sqrt(structure.vessel.length)))
-    pieces = [p for k, s in enumerate(stretches) for p in _pieces(k, s, length)]
-    return Chain(structure, tuple(stretches), tuple(pieces), spreads(stretches))
-
-
-def spreads(stretches: Sequence[Stretch]) -> FloatArray:
-    """Standard deviation (stretches, 3) of u, v, r in every stretch, no less than a share of that over all of them."""
-    overall = np.vstack([s.states[:, _UVR] for s in stretches]).std(axis=0)
-    own = np.array([s.states[:, _UVR].std(axis=0) for s in stretches])
-    return np.asarray(np.maximum(own, LEAST * overall) + 1e-9, dtype=float)
-
-
-def _pieces(index: int, stretch: Stretch, length: float) -> list[Piece]:
-    edges = np.linspace(0, stretch.steps, max(1, round(stretch.steps * stretch.h / length)) + 1).astype(int)
-    return [Piece(index, int(a), int(b - a), k == 0) for k, (a, b) in enumerate(pairwise(edges))]
 
 
 def join(
@@ -189,7 +136,7 @@ def _smoothed(chain: Chain, p: FloatArray) -> FloatArray:
     currents = [drive(chain.structure, p, s).current for s in chain.stretches]
     states = [chain.stretches[w.stretch].states[w.begin : w.begin + 1] for w in chain.pieces]
     return np.vstack([
-        through_water(x, currents[w.stretch])[:, _UVR] for x, w in zip(states, chain.pieces, strict=True)
+        through_water(x, currents[w.stretch])[:, UVR] for x, w in zip(states, chain.pieces, strict=True)
     ])  # fmt: skip
 
 
@@ -246,7 +193,7 @@ def _run_stretch(chain: Chain, p: FloatArray, first: FloatArray, stretch: int) -
     for k, w in mine:
         state = np.zeros(kernel.NX)
         state[:6] = states[w.begin]
-        state[_UVR] = first[k]
+        state[UVR] = first[k]
         done = sensitivities(
             state, w.begin, w.steps, s.h, structure.model.discrete, d.channels, d.slopes, d.wind, d.current,
             structure.u0, tape.steps, tape.rows(d.coefficients), along, run,
@@ -254,15 +201,15 @@ def _run_stretch(chain: Chain, p: FloatArray, first: FloatArray, stretch: int) -
         if done < w.steps:
             return None
         part = slice(w.begin, w.begin + w.steps + 1)
-        found.append(_found(run, states[part, _UVR], w.steps, columns, chain.spread[stretch]))
+        found.append(_found(run, states[part, UVR], w.steps, columns, chain.spread[stretch]))
     return found
 
 
 def _found(run: Run, measured: FloatArray, steps: int, columns: IntArray, spread: FloatArray) -> _Found:
-    slopes = run.s[: steps + 1, _UVR][:, :, columns] / spread[:, None]
-    errors = (measured - run.states[: steps + 1, _UVR]) / spread
+    slopes = run.s[: steps + 1, UVR][:, :, columns] / spread[:, None]
+    errors = (measured - run.states[: steps + 1, UVR]) / spread
     rows = np.concatenate([slopes[1:], errors[1:, :, None]], axis=2).reshape(3 * steps, -1)
-    return _Found(rows.T @ rows, run.states[steps, _UVR].copy(), slopes[-1], measured[0])
+    return _Found(rows.T @ rows, run.states[steps, UVR].copy(), slopes[-1], measured[0])
 
 
 def _assembled(

@@ -203,6 +203,11 @@ class Structure:
         return np.array([k for k, s in enumerate(self.slots) if s.coefficient >= 0], dtype=np.int64)
 
 
+def null_parameters(structure: Structure) -> FloatArray:
+    """Parameters (np,) with every effect at its null and every coefficient zero."""
+    return np.array([s.parameter.null if s.coefficient < 0 else 0.0 for s in structure.slots])
+
+
 def nulls(active: Active) -> dict[str, float]:
     """Parameter values at which an effect is not there."""
     return {p.name: p.null for p in active.effect.parameters}

@@ -12,13 +12,13 @@ from scipy.signal import lfilter
 from test_kernel import FIRST, STEP, STEPS, parameters_of, stretch_of
 
 from identify.actuator_dynamics import deadband_neutral, first_order, play, rate_limited
-from identify.base_fit import null_parameters
 from identify.drive import actuators_of, drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.predict import free_run, run, shown, true_first_state
 from identify.report_fit import fitted_effect
 from identify.stretch import SUBSTEPS, sampled
+from identify.structure import null_parameters
 from preprocess.trial import Measurement
 
 FINE = STEP / SUBSTEPS

@@ -13,14 +13,13 @@ from identify.base_fit import (
     fit_declared,
     fit_from_scratch,
     free_running_misfit,
-    joined_from_simple,
-    lean_structure,
     over_whole_logs,
-    regression_start,
 )
-from identify.joined import JUMPS, chain_of, join, spreads
+from identify.chain import chain_of, spreads
+from identify.joined import JUMPS, join
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
+from identify.whole_logs import joined_from_simple, lean_structure, regression_start
 
 
 @cache

@@ -12,7 +12,6 @@ from identification_samples import BOAT, MOTORS, PROPELLER, RUDDER, structure_of
 from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
-from identify.base_fit import null_parameters
 from identify.effect import Active
 from identify.effects import EFFECTS
 from identify.fit import Estimated, Fit
@@ -20,6 +19,7 @@ from identify.report_fit import fitted_effect
 from identify.simulate import Order, parse_order, rebuild, simulate
 from identify.simulate.measures import crossing, imo_limits
 from identify.simulate.plant import corners
+from identify.structure import null_parameters
 from identify.term import unit_of
 from ingest.errors import UsageError
 from seatrial.cli.app import make_app

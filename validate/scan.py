@@ -10,11 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.base_fit import null_parameters
 from identify.effect import Active
 from identify.regression import accelerations, predicted, regressors, start_by_regression
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -17,11 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import null_parameters
 from identify.effect import Active
 from identify.regression import accelerations, predicted, regressors, solve_regression
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 from validate.candidates import wirings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.blind.naming import Entry, deviations, entry_of, sides
 from fixtures.campaign import Run
-from identify.base_fit import Fitted, fit_from_scratch, null_parameters, window_length
+from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.effect import Active
 from identify.noise import calibrated
 from identify.output_error import prior_for, solve
@@ -24,7 +24,7 @@ from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect
 from identify.stretch import Stretch
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 from identify.windows import cut, first_states
 from preprocess.trial import Trial
 from validate.candidates import candidates, screen

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.papers.nomoto import STEP, Ship, Voyage, constants_of, low_passed, observer_as_printed
-from identify.base_fit import fit_states, null_parameters
+from identify.base_fit import fit_states
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
 from identify.noise import calibrated
@@ -23,7 +23,7 @@ from identify.optimisers import OPTIMISERS, minimise
 from identify.output_error import prior_for, reduce, solve
 from identify.prepare import prepare
 from identify.regression import coefficient_scales
-from identify.structure import Structure
+from identify.structure import Structure, null_parameters
 from identify.windows import cut, first_states, moments, state_precision
 from preprocess.trial import Measurement, Trial
 from preprocess.vessel import Input, Vessel

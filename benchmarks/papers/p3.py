@@ -18,13 +18,14 @@ from benchmarks.papers.cybership import STEP, coefficients, sensed, surge_traini
 from benchmarks.papers.library import Identified, trial_of
 from benchmarks.papers.record import Record
 from benchmarks.papers.report import command_line
-from identify.base_fit import fit_from_scratch, null_parameters
+from identify.base_fit import fit_from_scratch
 from identify.by_optimiser import Objective, box_around, objective_for, with_states
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
 from identify.optimisers import OPTIMISERS, minimise
 from identify.prepare import Prepared, prepare
 from identify.stretch import stretches_of
+from identify.structure import null_parameters
 from identify.windows import cut
 
 NOISE = 0.002  # m/s and rad/s

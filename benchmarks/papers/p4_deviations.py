@@ -19,11 +19,11 @@ import numpy as np
 from benchmarks.papers.library import RUDDER, Identified, Sensed, free_run, identify, trial_of
 from benchmarks.papers.record import Record, run, steps, zigzag
 from benchmarks.papers.report import command_line, row, spread
-from identify.base_fit import null_parameters
 from identify.by_optimiser import with_states
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
 from identify.prepare import prepare
+from identify.structure import null_parameters
 from preprocess.eso import Observer, filter_like, observe
 from preprocess.vessel import Vessel
 

@@ -9,19 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .beetle_swarm import directions, falling
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, common
 
 SHARPNESS = 4.0  # exponent between the best and the worst antenna of the swarm
 
@@ -95,18 +83,17 @@ def start(
     )
 
 
-def ask(state: AdaptiveBeetleState) -> tuple[AdaptiveBeetleState, FloatArray]:
+def propose(
+    state: AdaptiveBeetleState, random: np.random.Generator
+) -> tuple[AdaptiveBeetleState, FloatArray]:
     """Ask for the bounds' corners and the first centres; then, by turns, for the antennae and the centres."""
-    random = generator(state)
     d = len(state.bounds)
     if state.phase == "first":
-        unit = np.vstack([np.zeros((1, d)), np.ones((1, d)), random.random((state.population, d))])
-    elif state.phase == "antennae":
+        return state, np.vstack([np.zeros((1, d)), np.ones((1, d)), random.random((state.population, d))])
+    if state.phase == "antennae":
         arm = state.steps[:, None] * directions(random, (state.population, d))
-        unit = np.vstack([state.antennae[0] + arm, state.antennae[1] - arm])
-    else:
-        unit = _learned(state, random)
-    return replace(state, random=memory(random)), from_unit(state, np.clip(unit, 0.0, 1.0))
+        return state, np.vstack([state.antennae[0] + arm, state.antennae[1] - arm])
+    return state, _learned(state, random)
 
 
 def _learned(state: AdaptiveBeetleState, random: np.random.Generator) -> FloatArray:
@@ -125,17 +112,17 @@ def _learned(state: AdaptiveBeetleState, random: np.random.Generator) -> FloatAr
     return np.asarray(moved)
 
 
-def tell(state: AdaptiveBeetleState, candidates: FloatArray, values: FloatArray) -> AdaptiveBeetleState:
+def learn(
+    state: AdaptiveBeetleState, unit: FloatArray, values: FloatArray, _: np.random.Generator
+) -> AdaptiveBeetleState:
     """Remember what was better."""
-    values, unit = finite(values), to_unit(state, candidates)
-    shared = seen(state, candidates, values)
     if state.phase == "first":
         corners = np.repeat(values[:2, None], state.population, axis=1)
         found: dict[str, Any] = {"centres": unit[2:], "centre_values": values[2:], "antenna_values": corners}
-        return replace(state, **shared, **found, phase="antennae")
+        return replace(state, **found, phase="antennae")
     if state.phase == "beetles":
-        return replace(state, **shared, centres=unit, centre_values=values, phase="antennae")
-    return replace(state, **shared, **_felt(state, unit, values), phase="beetles")
+        return replace(state, centres=unit, centre_values=values, phase="antennae")
+    return replace(state, **_felt(state, unit, values), phase="beetles")
 
 
 def _felt(state: AdaptiveBeetleState, unit: FloatArray, values: FloatArray) -> dict[str, Any]:
@@ -156,5 +143,10 @@ def stopped(state: AdaptiveBeetleState) -> StopReason | None:
 
 
 ABSAS = Optimiser(
-    "absas", start, ask, tell, stopped, "Xie et al. 2020, eq. 30-33, weights by rank, kept inside the bounds"
+    "absas",
+    start,
+    propose,
+    learn,
+    stopped,
+    "Xie et al. 2020, eq. 30-33, weights by rank, kept inside the bounds",
 )

@@ -7,20 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    collapsed,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, collapsed, common
 
 
 @dataclass(frozen=True)
@@ -69,14 +56,11 @@ def start(
                     archive=np.zeros((0, d)), values=np.zeros(0))  # fmt: skip
 
 
-def ask(state: AntState) -> tuple[AntState, FloatArray]:
+def propose(state: AntState, random: np.random.Generator) -> tuple[AntState, FloatArray]:
     """Scatter the first archive, then sample around its members."""
-    random = generator(state)
     if len(state.values) == 0:
-        unit = random.random((state.size, len(state.bounds)))
-    else:
-        unit = _construct(state, random)
-    return replace(state, random=memory(random)), from_unit(state, unit)
+        return state, random.random((state.size, len(state.bounds)))
+    return state, _construct(state, random)
 
 
 def _construct(state: AntState, random: np.random.Generator) -> FloatArray:
@@ -90,13 +74,12 @@ def _construct(state: AntState, random: np.random.Generator) -> FloatArray:
     return np.clip(unit, 0.0, 1.0)
 
 
-def tell(state: AntState, candidates: FloatArray, values: FloatArray) -> AntState:
+def learn(state: AntState, unit: FloatArray, values: FloatArray, _: np.random.Generator) -> AntState:
     """Keep the best k of the archive and the new ones."""
-    values = finite(values)
-    everyone = np.vstack([state.archive, to_unit(state, candidates)])
+    everyone = np.vstack([state.archive, unit])
     ranks = np.concatenate([state.values, values])
     best = np.argsort(ranks, kind="stable")[: state.size]
-    return replace(state, **seen(state, candidates, values), archive=everyone[best], values=ranks[best])
+    return replace(state, archive=everyone[best], values=ranks[best])
 
 
 def stopped(state: AntState) -> StopReason | None:
@@ -109,8 +92,8 @@ def stopped(state: AntState) -> StopReason | None:
 ACO_R = Optimiser(
     "aco_r",
     start,
-    ask,
-    tell,
+    propose,
+    learn,
     stopped,
     "Socha and Dorigo 2008; Zhao and Li 2021, eq. 22-25, Gaussian corrected",
 )

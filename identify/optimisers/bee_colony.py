@@ -8,21 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    IntArray,
-    Optimiser,
-    State,
-    StopReason,
-    collapsed,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, IntArray, Optimiser, State, StopReason, collapsed, common
 
 Phase = Literal["first", "employed", "onlookers", "scouts"]
 Selection = Literal["rank", "fitness"]
@@ -85,9 +71,8 @@ def start(
     )
 
 
-def ask(state: BeeState) -> tuple[BeeState, FloatArray]:
+def propose(state: BeeState, random: np.random.Generator) -> tuple[BeeState, FloatArray]:
     """Candidates of the current phase."""
-    random = generator(state)
     n, d = state.population, len(state.bounds)
     asked = state.asked
     if state.phase == "onlookers":
@@ -100,7 +85,7 @@ def ask(state: BeeState) -> tuple[BeeState, FloatArray]:
         unit = random.random((len(asked), d))
     else:
         unit = _neighbours(state.sources, asked, random)
-    return replace(state, random=memory(random), asked=asked), from_unit(state, unit)
+    return replace(state, asked=asked), unit
 
 
 def _neighbours(sources: FloatArray, asked: IntArray, random: np.random.Generator) -> FloatArray:
@@ -125,16 +110,14 @@ def _probabilities(state: BeeState) -> FloatArray:
     return np.asarray(fitness / fitness.sum())
 
 
-def tell(state: BeeState, candidates: FloatArray, values: FloatArray) -> BeeState:
+def learn(state: BeeState, unit: FloatArray, values: FloatArray, _: np.random.Generator) -> BeeState:
     """Greedy choice between each source and its candidates, then the next phase."""
-    values, unit = finite(values), to_unit(state, candidates)
-    shared = seen(state, candidates, values)
     if state.phase == "first":
         trials = np.zeros(len(unit), dtype=np.int64)
-        return replace(state, **shared, phase="employed", sources=unit, values=values, trials=trials)
+        return replace(state, phase="employed", sources=unit, values=values, trials=trials)
     if state.phase == "scouts":
-        return replace(state, **shared, **_replaced(state, unit, values), phase="employed")
-    after = replace(state, **shared, **_greedy(state, unit, values))
+        return replace(state, **_replaced(state, unit, values), phase="employed")
+    after = replace(state, **_greedy(state, unit, values))
     if state.phase == "employed":
         return replace(after, phase="onlookers")
     exhausted = bool(np.any(after.trials > after.limit))
@@ -169,5 +152,5 @@ def stopped(state: BeeState) -> StopReason | None:
 
 
 ABC = Optimiser(
-    "abc", start, ask, tell, stopped, "Karaboga 2005; Zhu et al. 2019, eq. 14-18, selection by rank"
+    "abc", start, propose, learn, stopped, "Karaboga 2005; Zhu et al. 2019, eq. 14-18, selection by rank"
 )

@@ -8,19 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, common
 
 
 @dataclass(frozen=True)
@@ -93,18 +81,15 @@ def start(
     )
 
 
-def ask(state: BeetleState) -> tuple[BeetleState, FloatArray]:
+def propose(state: BeetleState, random: np.random.Generator) -> tuple[BeetleState, FloatArray]:
     """Ask for a start; then, by turns, for both antennae of every beetle, and for where they went."""
-    random = generator(state)
     if state.phase == "first":
-        unit = random.random((state.population, len(state.bounds)))
-    elif state.phase == "antennae":
+        return state, random.random((state.population, len(state.bounds)))
+    if state.phase == "antennae":
         state = replace(state, directions=directions(random, state.directions.shape))
         arm = state.reach * state.step * state.directions
-        unit = np.vstack([state.centre + arm, state.centre - arm])
-    else:
-        unit = state.centre + state.step * state.toward[:, None] * state.directions
-    return replace(state, random=memory(random)), from_unit(state, np.clip(unit, 0.0, 1.0))
+        return state, np.vstack([state.centre + arm, state.centre - arm])
+    return state, state.centre + state.step * state.toward[:, None] * state.directions
 
 
 def falling(attenuation: float | None, budget: int | None, per_iteration: int) -> float:
@@ -121,25 +106,26 @@ def directions(random: np.random.Generator, shape: tuple[int, ...]) -> FloatArra
     return np.asarray(drawn / np.maximum(np.linalg.norm(drawn, axis=1, keepdims=True), 1e-300))
 
 
-def tell(state: BeetleState, candidates: FloatArray, values: FloatArray) -> BeetleState:
+def learn(
+    state: BeetleState, unit: FloatArray, values: FloatArray, random: np.random.Generator
+) -> BeetleState:
     """Compare the antennae, or move the swarm."""
-    values = finite(values)
-    shared = seen(state, candidates, values)
     if state.phase == "antennae":
         n = state.population
         left, right = values[:n], values[n:]
         toward = (left < right).astype(float) - (right < left).astype(float)
-        return replace(state, **shared, toward=toward, phase="beetles")
-    return _move(replace(state, **shared, phase="antennae"), to_unit(state, candidates), values)
+        return replace(state, toward=toward, phase="beetles")
+    return _move(replace(state, phase="antennae"), unit, values, random)
 
 
-def _move(state: BeetleState, unit: FloatArray, values: FloatArray) -> BeetleState:
+def _move(
+    state: BeetleState, unit: FloatArray, values: FloatArray, random: np.random.Generator
+) -> BeetleState:
     best = int(np.argmin(values))
     if values[best] < state.value:
         return replace(state, centre=unit[best], value=float(values[best]))
-    random = generator(state)
     shrink = state.attenuation if random.random() < state.patience else 1.0
-    return replace(state, step=state.step * shrink, random=memory(random))
+    return replace(state, step=state.step * shrink)
 
 
 def stopped(state: BeetleState) -> StopReason | None:
@@ -147,4 +133,4 @@ def stopped(state: BeetleState) -> StopReason | None:
     return StopReason.STEP if state.step < state.smallest_step else None
 
 
-BSAS = Optimiser("bsas", start, ask, tell, stopped, "Wang and Chen 2018, arXiv 1807.10470")
+BSAS = Optimiser("bsas", start, propose, learn, stopped, "Wang and Chen 2018, arXiv 1807.10470")

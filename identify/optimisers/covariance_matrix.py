@@ -9,19 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, common, from_unit, to_unit
 
 
 @dataclass(frozen=True)
@@ -97,34 +85,31 @@ def _engine(mean: FloatArray, sigma: float, population: int | None, seed: int) -
     return pickle.dumps(cma.CMAEvolutionStrategy(padded, sigma, options))
 
 
-def ask(state: CmaState) -> tuple[CmaState, FloatArray]:
+def propose(state: CmaState, _: np.random.Generator) -> tuple[CmaState, FloatArray]:
     """Sample one generation."""
     strategy = pickle.loads(state.engine)
     asked = np.array(strategy.ask())
-    unit = asked[:, : len(state.bounds)]
-    return replace(state, engine=pickle.dumps(strategy), asked=asked), from_unit(state, unit)
+    return replace(state, engine=pickle.dumps(strategy), asked=asked), asked[:, : len(state.bounds)]
 
 
-def tell(state: CmaState, candidates: FloatArray, values: FloatArray) -> CmaState:
+def learn(state: CmaState, unit: FloatArray, values: FloatArray, random: np.random.Generator) -> CmaState:
     """Adapt mean, step and covariance."""
-    values = finite(values)
     spread = state.spread or _spread(values)
-    after = replace(state, **seen(state, candidates, values), spread=spread)
     strategy = pickle.loads(state.engine)
-    strategy.tell(list(_as_asked(state, candidates)), list(_ranked(values / (spread or 1.0))))
+    strategy.tell(list(_as_asked(state, unit)), list(_ranked(values / (spread or 1.0))))
+    after = replace(state, engine=pickle.dumps(strategy), spread=spread)
     if not strategy.stop():
-        return replace(after, engine=pickle.dumps(strategy))
+        return after
     if state.restarts == 0:
-        return replace(after, engine=pickle.dumps(strategy), finished=True)
-    return _restarted(after, strategy.popsize)
+        return replace(after, finished=True)
+    return _restarted(after, strategy.popsize, random)
 
 
-def _as_asked(state: CmaState, candidates: FloatArray) -> FloatArray:
-    """Return what was asked, where the candidates are those; else the candidates themselves."""
+def _as_asked(state: CmaState, unit: FloatArray) -> FloatArray:
+    """Return what was asked, where the points are those inside the bounds; else the points themselves."""
     d = len(state.bounds)
-    if np.array_equal(from_unit(state, state.asked[:, :d]), candidates):
+    if np.array_equal(to_unit(state, from_unit(state, state.asked[:, :d])), unit):
         return state.asked
-    unit = to_unit(state, candidates)
     return unit if d > 1 else np.column_stack([unit, np.full(len(unit), 0.5)])
 
 
@@ -140,11 +125,10 @@ def _ranked(values: FloatArray) -> FloatArray:
     return np.where(np.isfinite(values), values, worst + abs(worst) + 1.0)
 
 
-def _restarted(state: CmaState, population: int) -> CmaState:
-    random = generator(state)
+def _restarted(state: CmaState, population: int, random: np.random.Generator) -> CmaState:
     mean = random.random(len(state.bounds))
     engine = _engine(mean, 0.3, 2 * population, int(random.integers(2**31)))
-    return replace(state, engine=engine, restarts=state.restarts - 1, random=memory(random))
+    return replace(state, engine=engine, restarts=state.restarts - 1)
 
 
 def stopped(state: CmaState) -> StopReason | None:
@@ -152,4 +136,6 @@ def stopped(state: CmaState) -> StopReason | None:
     return StopReason.CONVERGED if state.finished else None
 
 
-CMAES = Optimiser("cmaes", start, ask, tell, stopped, "Hansen 2016, arXiv 1604.00772, by the library cma")
+CMAES = Optimiser(
+    "cmaes", start, propose, learn, stopped, "Hansen 2016, arXiv 1604.00772, by the library cma"
+)

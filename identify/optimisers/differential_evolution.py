@@ -7,21 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    collapsed,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    scattered,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, collapsed, common, scattered
 
 
 @dataclass(frozen=True)
@@ -62,14 +48,11 @@ def start(
                           points=np.zeros((0, d)), values=np.zeros(0))  # fmt: skip
 
 
-def ask(state: EvolutionState) -> tuple[EvolutionState, FloatArray]:
+def propose(state: EvolutionState, random: np.random.Generator) -> tuple[EvolutionState, FloatArray]:
     """Scatter the population, then one trial vector for each of its members."""
-    random = generator(state)
     if len(state.values) == 0:
-        unit = scattered(random, state.population, len(state.bounds))
-    else:
-        unit = _trials(state, random)
-    return replace(state, random=memory(random)), from_unit(state, unit)
+        return state, scattered(random, state.population, len(state.bounds))
+    return state, _trials(state, random)
 
 
 def _trials(state: EvolutionState, random: np.random.Generator) -> FloatArray:
@@ -87,15 +70,15 @@ def _trials(state: EvolutionState, random: np.random.Generator) -> FloatArray:
     return np.where(cross, mutant, state.points)
 
 
-def tell(state: EvolutionState, candidates: FloatArray, values: FloatArray) -> EvolutionState:
+def learn(
+    state: EvolutionState, unit: FloatArray, values: FloatArray, _: np.random.Generator
+) -> EvolutionState:
     """Each trial replaces its parent if it is no worse."""
-    values, unit = finite(values), to_unit(state, candidates)
-    shared = seen(state, candidates, values)
     if len(state.values) == 0:
-        return replace(state, **shared, points=unit, values=values)
+        return replace(state, points=unit, values=values)
     better = values <= state.values
     points = np.where(better[:, None], unit, state.points)
-    return replace(state, **shared, points=points, values=np.where(better, values, state.values))
+    return replace(state, points=points, values=np.where(better, values, state.values))
 
 
 def stopped(state: EvolutionState) -> StopReason | None:
@@ -105,4 +88,4 @@ def stopped(state: EvolutionState) -> StopReason | None:
     return None
 
 
-DE = Optimiser("de", start, ask, tell, stopped, "Storn and Price 1997, rand/1/bin with dither")
+DE = Optimiser("de", start, propose, learn, stopped, "Storn and Price 1997, rand/1/bin with dither")

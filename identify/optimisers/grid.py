@@ -7,20 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    scattered,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, common, scattered, to_unit
 
 LARGEST_GRID_DIMENSION = 3
 
@@ -67,9 +54,8 @@ def start(
     )
 
 
-def ask(state: GridState) -> tuple[GridState, FloatArray]:
+def propose(state: GridState, random: np.random.Generator) -> tuple[GridState, FloatArray]:
     """One grid over the box."""
-    random = generator(state)
     low, high = state.box.T
     d = len(low)
     if d > LARGEST_GRID_DIMENSION:
@@ -77,19 +63,18 @@ def ask(state: GridState) -> tuple[GridState, FloatArray]:
     else:
         axes = np.meshgrid(*[np.linspace(0, 1, state.points)] * d, indexing="ij")
         unit = np.stack([a.ravel() for a in axes], axis=1)
-    return replace(state, random=memory(random)), from_unit(state, low + unit * (high - low))
+    return state, low + unit * (high - low)
 
 
-def tell(state: GridState, candidates: FloatArray, values: FloatArray) -> GridState:
+def learn(state: GridState, unit: FloatArray, values: FloatArray, _: np.random.Generator) -> GridState:
     """Lay the next box around the best point: one cell to each side, or 0.7 of the box if random."""
-    after = replace(state, **seen(state, candidates, finite(values)))
-    if not np.isfinite(after.best_value):
-        return after
-    best = to_unit(after, after.best_x[None, :])[0]
+    if not np.isfinite(state.best_value):
+        return state
+    best = to_unit(state, state.best_x[None, :])[0]
     width = state.box[:, 1] - state.box[:, 0]
     half = width / (state.points - 1) if len(width) <= LARGEST_GRID_DIMENSION else 0.35 * width
     low = np.clip(best - half, 0.0, 1.0)
-    return replace(after, box=np.stack([low, np.clip(best + half, 0.0, 1.0)], axis=1))
+    return replace(state, box=np.stack([low, np.clip(best + half, 0.0, 1.0)], axis=1))
 
 
 def stopped(state: GridState) -> StopReason | None:
@@ -98,4 +83,6 @@ def stopped(state: GridState) -> StopReason | None:
     return StopReason.RESOLVED if width < state.finest else None
 
 
-CV = Optimiser("cv", start, ask, tell, stopped, "grid search as in Zhu et al. 2019, V.A, refined by rounds")
+CV = Optimiser(
+    "cv", start, propose, learn, stopped, "grid search as in Zhu et al. 2019, V.A, refined by rounds"
+)

@@ -11,21 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    BoolArray,
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    scattered,
-    seen,
-    to_unit,
-)
+from .state import BoolArray, FloatArray, Optimiser, State, StopReason, common, scattered
 
 DIFFERENCE = 6e-6  # of central differences, in the unit box: the cube root of the precision
 LENGTHS = np.array([4.0, 1.0, 0.5, 0.2, 0.05, 0.005])  # tried along each direction at once
@@ -107,14 +93,12 @@ def start(
     )
 
 
-def ask(state: DescentState) -> tuple[DescentState, FloatArray]:
+def propose(state: DescentState, random: np.random.Generator) -> tuple[DescentState, FloatArray]:
     """Scattered points, then, by turns, the differences and the trial lengths of all starts on their way."""
     if state.phase == "first":
-        random = generator(state)
-        unit = scattered(random, state.starts * state.samples, len(state.bounds))
-        return replace(state, random=memory(random)), from_unit(state, unit)
+        return state, scattered(random, state.starts * state.samples, len(state.bounds))
     unit = _stencil(state) if state.phase == "differences" else _trials(state)
-    return state, from_unit(state, unit.reshape(-1, len(state.bounds)))
+    return state, unit.reshape(-1, len(state.bounds))
 
 
 def _stencil(state: DescentState) -> FloatArray:
@@ -130,19 +114,17 @@ def _trials(state: DescentState) -> FloatArray:
     return np.clip(points[:, None, :] + LENGTHS[:, None] * directions[:, None, :], 0.0, 1.0)
 
 
-def tell(state: DescentState, candidates: FloatArray, values: FloatArray) -> DescentState:
+def learn(state: DescentState, unit: FloatArray, values: FloatArray, _: np.random.Generator) -> DescentState:
     """Choose the starts, or compute directions, or step."""
-    values, unit = finite(values), to_unit(state, candidates)
-    after = replace(state, **seen(state, candidates, values))
     if state.phase == "first":
         best = np.argsort(values, kind="stable")[: state.starts]
         active = np.isfinite(values[best])
         spread = float(np.ptp(values[np.isfinite(values)])) if active.any() else 0.0
-        first = replace(after, points=unit[best], values=values[best], active=active, spread=spread)
+        first = replace(state, points=unit[best], values=values[best], active=active, spread=spread)
         return replace(first, phase="differences")
     if state.phase == "differences":
-        return _directed(_differentiated(after, unit, values))
-    return _stepped(after, unit, values)
+        return _directed(_differentiated(state, unit, values))
+    return _stepped(state, unit, values)
 
 
 def _differentiated(state: DescentState, unit: FloatArray, values: FloatArray) -> DescentState:
@@ -240,4 +222,6 @@ def stopped(state: DescentState) -> StopReason | None:
     return None if state.phase == "first" or state.active.any() else StopReason.CONVERGED
 
 
-MULTISTART = Optimiser("multistart", start, ask, tell, stopped, "Nocedal and Wright 2006, ch. 6, projected")
+MULTISTART = Optimiser(
+    "multistart", start, propose, learn, stopped, "Nocedal and Wright 2006, ch. 6, projected"
+)

@@ -7,20 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .state import (
-    FloatArray,
-    Optimiser,
-    State,
-    StopReason,
-    collapsed,
-    common,
-    finite,
-    from_unit,
-    generator,
-    memory,
-    seen,
-    to_unit,
-)
+from .state import FloatArray, Optimiser, State, StopReason, collapsed, common
 
 GENERATIONS = 100  # of the falling inertia, where no budget says
 
@@ -111,18 +98,15 @@ def _begin(
                       points=empty, velocities=empty, own=empty, own_values=np.zeros(0))  # fmt: skip
 
 
-def ask(state: SwarmState) -> tuple[SwarmState, FloatArray]:
+def propose(state: SwarmState, random: np.random.Generator) -> tuple[SwarmState, FloatArray]:
     """Scatter the particles, then move them; at a bound a particle loses that part of its velocity."""
-    random = generator(state)
     shape = (state.population, len(state.bounds))
     if len(state.own_values) == 0:
         points = random.random(shape)
         velocities = random.uniform(-0.5, 0.5, size=shape) * state.fastest
     else:
         points, velocities = _moved(state, random)
-    return replace(state, random=memory(random), points=points, velocities=velocities), from_unit(
-        state, points
-    )
+    return replace(state, points=points, velocities=velocities), points
 
 
 def _moved(state: SwarmState, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -138,17 +122,13 @@ def _moved(state: SwarmState, random: np.random.Generator) -> tuple[FloatArray, 
     return points, np.where(outside, 0.0, velocities)
 
 
-def tell(state: SwarmState, candidates: FloatArray, values: FloatArray) -> SwarmState:
+def learn(state: SwarmState, unit: FloatArray, values: FloatArray, _: np.random.Generator) -> SwarmState:
     """Remember each particle's best."""
-    values, unit = finite(values), to_unit(state, candidates)
-    shared = seen(state, candidates, values)
     if len(state.own_values) == 0:
-        return replace(state, **shared, points=unit, own=unit, own_values=values)
+        return replace(state, points=unit, own=unit, own_values=values)
     better = values < state.own_values
     own = np.where(better[:, None], unit, state.own)
-    return replace(
-        state, **shared, points=unit, own=own, own_values=np.where(better, values, state.own_values)
-    )
+    return replace(state, points=unit, own=own, own_values=np.where(better, values, state.own_values))
 
 
 def stopped(state: SwarmState) -> StopReason | None:
@@ -158,7 +138,7 @@ def stopped(state: SwarmState) -> StopReason | None:
     return None
 
 
-PSO = Optimiser("pso", start, ask, tell, stopped, "Kennedy and Eberhart 1995; Clerc and Kennedy 2002")
+PSO = Optimiser("pso", start, propose, learn, stopped, "Kennedy and Eberhart 1995; Clerc and Kennedy 2002")
 LDWPSO = Optimiser(
-    "ldwpso", start_falling, ask, tell, stopped, "Shi and Eberhart 1998; Xie et al. 2020, table 2"
+    "ldwpso", start_falling, propose, learn, stopped, "Shi and Eberhart 1998; Xie et al. 2020, table 2"
 )

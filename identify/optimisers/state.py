@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Generic, TypeVar
 
@@ -66,10 +66,11 @@ class Optimiser(Generic[S]):
     start : callable
         ``start(bounds (d, 2), seed, *, budget=None, **options) -> state``; ``budget`` is what a schedule
         spreads over.
-    ask : callable
-        ``ask(state) -> (state, candidates (m, d))``, inside the bounds.
-    tell : callable
-        ``tell(state, candidates (m, d), values (m,)) -> state``; a value that is not finite counts as worst.
+    propose : callable
+        ``propose(state, random) -> (state, points (m, d))`` in the unit box; what is outside is put on its edge.
+    learn : callable
+        ``learn(state, points (m, d), values (m,), random) -> state``, the points in the unit box, values that are not
+        finite as infinity; the shared fields of the state are up to date.
     stopped : callable
         ``stopped(state) -> StopReason or None``.
     source : str
@@ -78,10 +79,23 @@ class Optimiser(Generic[S]):
 
     name: str
     start: Callable[..., S]
-    ask: Callable[[S], tuple[S, FloatArray]]
-    tell: Callable[[S, FloatArray, FloatArray], S]
+    propose: Callable[[S, np.random.Generator], tuple[S, FloatArray]]
+    learn: Callable[[S, FloatArray, FloatArray, np.random.Generator], S]
     stopped: Callable[[S], StopReason | None]
     source: str = ""
+
+    def ask(self, state: S) -> tuple[S, FloatArray]:
+        """Candidates (m, d) inside the bounds, and the state that has asked them."""
+        random = _generator(state)
+        after, points = self.propose(state, random)
+        return replace(after, random=_memory(random)), from_unit(state, points)
+
+    def tell(self, state: S, candidates: FloatArray, values: FloatArray) -> S:
+        """Take the values (m,) of candidates (m, d); one that is not finite counts as worst."""
+        values, random = finite(values), _generator(state)
+        told = replace(state, **_seen(state, candidates, values))
+        after = self.learn(told, to_unit(state, candidates), values, random)
+        return replace(after, random=_memory(random))
 
 
 @dataclass(frozen=True)
@@ -130,14 +144,14 @@ def common(bounds: ArrayLike, seed: int) -> dict[str, Any]:
     }
 
 
-def generator(state: State) -> np.random.Generator:
-    """Make a generator that goes on from the state; put `memory` of it into the next one."""
+def _generator(state: State) -> np.random.Generator:
+    """Make a generator that goes on from the state; its `_memory` goes into the next one."""
     bits = np.random.PCG64(0)
     bits.state = dict(state.random)  # type: ignore[assignment]
     return np.random.Generator(bits)
 
 
-def memory(random: np.random.Generator) -> Mapping[str, Any]:
+def _memory(random: np.random.Generator) -> Mapping[str, Any]:
     """State of a generator, to be saved."""
     return dict(random.bit_generator.state)
 
@@ -161,7 +175,7 @@ def finite(values: ArrayLike) -> FloatArray:
     return np.where(np.isfinite(array), array, np.inf)
 
 
-def seen(state: State, candidates: FloatArray, values: FloatArray) -> dict[str, Any]:
+def _seen(state: State, candidates: FloatArray, values: FloatArray) -> dict[str, Any]:
     """Shared fields after a generation of finite or infinite values."""
     place = int(np.argmin(values))
     better = bool(values[place] < state.best_value)
