@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 
 import pytest
+from doc_pages import ROOT, blocks
 
 from ingest.errors import CampaignError
 from seatrial.capture.settings import PortSettings, Protocol
-from seatrial.capture.settings_file import Wanted, settings_from
+from seatrial.capture.settings_file import Wanted, read_settings, settings_from
 
 
 def test_the_command_line_wins_over_the_file(tmp_path):
@@ -89,3 +90,13 @@ def test_a_port_that_one_may_not_open_is_said_with_the_cure(monkeypatch, capsys)
     said = " ".join(capsys.readouterr().err.split())
     assert exit_.value.code == 2
     assert "no permission to open this port" in said and "usermod -aG" in said
+
+
+@pytest.mark.parametrize("page", ["serial", "sail-and-identify"])
+def test_what_the_documents_say_of_the_file_is_right(page, tmp_path):
+    found = [b.text for b in blocks(ROOT / "docs" / "how-to" / f"{page}.md") if b.language == "ini"]
+    assert found
+    for text in found:
+        path = tmp_path / "capture.toml"
+        path.write_text(text, encoding="utf-8")
+        assert read_settings(path).out.parent.is_relative_to(tmp_path)
