@@ -41,6 +41,8 @@ from seatrial.pipeline import runs_of
 #: Vessels, and the format that their logs are written in.
 FLEET = (("usv", "nmea0183"), ("catamaran", "dataflash"))
 CALM = World()
+#: Length of the batches in which a log is replayed where only the outcome counts, s.
+BATCH_S = 1.0
 
 
 def stream(
@@ -60,9 +62,9 @@ def stream(
 
 
 def identified(campaign: Campaign, log: Log, until: float = math.inf) -> tuple[Identifier, list[Update]]:
-    """The log through the on-line identification, up to a time."""
+    """The log through the on-line identification, up to a time; what is due goes by its time, not by the batches."""
     identifier, updates = Identifier(campaign), list[Update]()
-    for tables in batches(log):
+    for tables in batches(log, BATCH_S):
         if min(int(t.index[0]) for t in tables.tables.values()) * 1e-9 > until:
             break
         updates += identifier.feed("log", tables)

@@ -131,8 +131,9 @@ def test_rerun_and_foxglove_have_all_they_need_to_open_a_capture(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     found = columns_of(tmp_path / "a.rrd")
-    assert any("/gps/GGA" in c for c in found) and any("/gps/NAV-PVT" in c for c in found)
-    assert {"/capture/events", "/capture/gps", "/raw/gps"} <= {c.split(":")[0] for c in found}
+    assert {"/gps/GGA:seatrial.msg.GGA:message", "/gps/NAV-PVT:seatrial.msg.NAV_PVT:message"} <= found
+    assert {"/capture/events:TextLog:text", "/capture/gps:seatrial.msg.PortStatus:message"} <= found
+    assert any(c.startswith("/raw/gps:") for c in found)
 
 
 def columns_of(path):
