@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import signal
@@ -21,6 +22,7 @@ from seatrial.capture.records import ChannelSpec
 from seatrial.capture.recovery import mapped, messages
 
 SECOND = 1_000_000_000
+NOISE = np.random.default_rng(1).integers(0, 256, 200_000, np.uint8).tobytes()
 RAW = ChannelSpec("/raw/gps", "raw", metadata=(("protocol", "nmea"), ("baud", "115200")))
 
 
@@ -126,28 +128,44 @@ def test_mute_then_garbage_then_good(device, tmp_path):
     assert len(read_log(out).tables["GGA"]) > 20
 
 
+@contextlib.contextmanager
+def on_a_full_disk(line, out):
+    """A capture on whose disk there is room for 60 kB, when more than that has come."""
+    words = ("--port", line.link, "--baud", 921600, "--out", out, "--no-decode")
+    with capturing(*words, limit=60_000) as process:
+        line.talk(NOISE, 1.5, 921_600).join()
+        lines_until(process, "nothing can be written")
+        yield process
+
+
 def test_a_full_disk_is_said_and_the_file_is_still_good(device, tmp_path):
     line, out = device("gps"), tmp_path / "full.mcap"
-    noise = np.random.default_rng(1).integers(0, 256, 200_000, np.uint8).tobytes()
-    with capturing(
-        "--port", line.link, "--baud", 921600, "--out", out, "--no-decode", limit=60_000
-    ) as process:
-        line.talk(noise, 1.5, 921_600).join()
-        lines_until(process, "nothing can be written")
+    with on_a_full_disk(line, out) as process:
         _, said = ended(process)
     assert process.returncode == 1
     assert "could not be written" in said
     kept = raw_bytes(out)["/raw/gps"]
     assert 20_000 < len(kept) < 60_000
-    assert noise.startswith(kept)
+    assert NOISE.startswith(kept)
+
+
+def test_a_disk_that_has_room_again_gets_all_that_was_held(device, tmp_path):
+    line, out = device("gps"), tmp_path / "full.mcap"
+    with on_a_full_disk(line, out) as process:
+        _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (most, most))
+        lines_until(process, "writing again; what was held is in the file")
+        ended(process)
+    assert process.returncode == 0
+    assert raw_bytes(out)["/raw/gps"] == NOISE[: line.sent]
+    assert not read_findings(out)
 
 
 def test_files_rotate_and_nothing_is_between_them(device, tmp_path):
     line = device("gps")
-    noise = np.random.default_rng(1).integers(0, 256, 200_000, np.uint8).tobytes()
     options = ("--rotate-size", 0.03, "--no-decode", "--duration", 3)
     with capturing("--port", line.link, "--baud", 921600, "--out", tmp_path / "t.mcap", *options) as process:
-        line.talk(noise, 1.2, 921_600).join()
+        line.talk(NOISE, 1.2, 921_600).join()
         ended(process, None)
     files = sorted(tmp_path.glob("t-*.mcap"))
     assert len(files) >= 3
@@ -156,24 +174,7 @@ def test_files_rotate_and_nothing_is_between_them(device, tmp_path):
     parts = [
         m.payload for f in files for m in messages(mapped(f), Contents()) if m.channel.topic == "/raw/gps"
     ]
-    assert b"".join(parts) == noise[: line.sent]
-
-
-def test_a_disk_that_has_room_again_gets_all_that_was_held(device, tmp_path):
-    line, out = device("gps"), tmp_path / "full.mcap"
-    noise = np.random.default_rng(1).integers(0, 256, 120_000, np.uint8).tobytes()
-    with capturing(
-        "--port", line.link, "--baud", 921600, "--out", out, "--no-decode", limit=40_000
-    ) as process:
-        line.talk(noise, 1.0, 921_600).join()
-        lines_until(process, "nothing can be written")
-        _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
-        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (most, most))
-        lines_until(process, "writing again; what was held is in the file")
-        ended(process)
-    assert process.returncode == 0
-    assert raw_bytes(out)["/raw/gps"] == noise[: line.sent]
-    assert not read_findings(out)
+    assert b"".join(parts) == NOISE[: line.sent]
 
 
 def test_files_rotate_by_time(device, tmp_path):

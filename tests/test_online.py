@@ -283,11 +283,12 @@ def test_captured_through_a_port_it_is_identified_meanwhile(tmp_path):
     with capturing(*words, "--out", out) as process:
         begun = lines_until(process, "identifying modulus", 60.0)
         time.sleep(18.0)
-        summary, _ = ended(process)
+        summary, said = ended(process)
     player.terminate()
     player.wait()
     assert process.returncode == 0
     assert "going on from state.json" in begun and "on line: modulus" in summary
+    assert "stopped fitting" not in said and "a change at" not in summary
     log = read_log(out)
     assert {f"/online/{t}" for t in ("parameters", "errors", "monitor", "motion")} <= set(log.tables)
     errors = log.tables["/online/errors"]
