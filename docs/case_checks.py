@@ -13,6 +13,8 @@ from validate.report import words
 COMMAND, TURN, SPEED = 0.1, 0.05, 0.5
 #: Share of the time from which on the boat turns as declared, or against it.
 MOSTLY = 0.8
+#: A yaw rate is not followed beyond this, rad/s.
+WILD = 3.0
 HEAD = (
     "run",
     "clear command to turn, s",
@@ -90,6 +92,68 @@ def wiring_sentence(share: float, seconds: float) -> str:
     if share > MOSTLY:
         return f"{begin}: the wiring is as declared."
     return f"{begin}: sometimes one way, sometimes the other, which neither wiring explains."
+
+
+def yaw_rows(run: pd.DataFrame, case: Case, law: str, skegs: bool) -> np.ndarray:
+    """Terms of ṙ along a run, (n, terms): r, r|r|, v, uv, moment of the thrusters, and |u|r if wanted."""
+    thrust = {"quadratic": lambda c: c * np.abs(c), "linear": lambda c: c}[law]
+    arms = {k: -i["position"][1] for k, i in case.declared["inputs"].items()}
+    push = sum(arm * thrust(run[k].to_numpy()) for k, arm in arms.items())
+    u, v, r = (run[c].to_numpy() for c in "uvr")
+    return np.column_stack([r, r * np.abs(r), v, u * v, push, *([np.abs(u) * r] if skegs else [])])
+
+
+def over_a_second(run: pd.DataFrame, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals of the terms over a second, and by how much r changed in it: no derivative is needed."""
+    h, r = float(np.median(np.diff(run["t"]))), run["r"].to_numpy()
+    n = max(1, round(1.0 / h))
+    sums = np.cumsum(rows, axis=0) * h
+    left, right = sums[n:] - sums[:-n], r[n:] - r[:-n]
+    ok = np.isfinite(left).all(axis=1) & np.isfinite(right)
+    return left[ok], right[ok]
+
+
+def followed(run: pd.DataFrame, case: Case, law: str, skegs: bool, c: np.ndarray) -> np.ndarray:
+    """The yaw rate from its first value on, with u and v as measured."""
+    h, r = float(np.median(np.diff(run["t"]))), run["r"].to_numpy()
+    rest = yaw_rows(run, case, law, skegs)
+    out, now, ahead = np.empty(len(r)), r[0], np.abs(run["u"].to_numpy())
+    for k in range(len(r)):
+        out[k] = now
+        damping = c[0] + c[1] * abs(now) + (c[5] * ahead[k] if skegs else 0.0)
+        now = np.clip(now + h * (damping * now + rest[k, 2:5] @ c[2:5]), -WILD, WILD)
+    return out
+
+
+def yaw_r2(case: Case, law: str, skegs: bool, role: str, c: np.ndarray) -> float:
+    """R² of the yaw rate so followed over the runs with a role."""
+    tables = [t for n in case.names(role) if len(t := case.trials[n].dropna(subset=list("uvr")))]
+    error = np.concatenate([t["r"] - followed(t, case, law, skegs, c) for t in tables])
+    return 1.0 - float(
+        np.sum(error**2) / np.sum(np.concatenate([t["r"] - t["r"].mean() for t in tables]) ** 2)
+    )
+
+
+def yaw_forms(case: Case) -> str:
+    """Yaw alone by least squares, under two laws of thrust, without and with a damping that grows with speed."""
+    rows = []
+    for law, skegs in (("quadratic", False), ("linear", False), ("quadratic", True), ("linear", True)):
+        tables = [t for n in case.names("identify") if len(t := case.trials[n].dropna(subset=list("uvr")))]
+        parts = [over_a_second(t, yaw_rows(t, case, law, skegs)) for t in tables]
+        c = np.linalg.lstsq(
+            np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), rcond=None
+        )[0]
+        form = "c|c|" if law == "quadratic" else "c"
+        said = f"thrust ∝ {form}" + (", damping with |u|r" if skegs else "")
+        rows.append([said, *(words.share(yaw_r2(case, law, skegs, role, c)) for role in ("identify", "validate")),
+                     words.number(c[4])])  # fmt: skip
+    head = [
+        "yaw equation",
+        "R² on the runs that identify",
+        "R² on the runs held back",
+        "effect of the declared moment",
+    ]
+    return table(head, rows)
 
 
 def swings(rudder: np.ndarray) -> list[tuple[int, int]]:

@@ -39,6 +39,7 @@ BLOCKS: dict[str, Callable[[Case], str]] = {
     },
     "candidates": case_tables.candidates,
     "turning": case_checks.turning,
+    "yaw_forms": case_checks.yaw_forms,
     "overshoots": case_checks.overshoot_table,
 }
 MADE = re.compile(r"<!-- made: (\w+) -->\n.*?<!-- end -->", re.DOTALL)

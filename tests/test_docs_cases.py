@@ -132,3 +132,23 @@ def test_overshoots_are_those_of_the_heading_after_the_rudder_has_left():
     assert measured[0] == pytest.approx(20.0 - at_execute, abs=0.1)
     assert predicted[0] == pytest.approx(22.0 - at_execute, abs=0.1)
     assert len(measured) == 2
+
+
+def test_the_form_of_the_yaw_equation_that_made_the_runs_follows_them_best(tmp_path, example):
+    case = case_of(tmp_path, example, TWIN)
+    rng = np.random.default_rng(1)
+    for k, trial in enumerate(example.trials):
+        t = trial.states["t"].to_numpy()
+        steps = np.repeat(rng.uniform(-1.0, 1.0, (2, len(t) // 40 + 1)), 40, axis=1)[:, : len(t)]
+        u, r = 1.0 + np.sin(t / 9.0 + k), np.zeros(len(t))
+        push = 0.3 * (steps[0] - steps[1])
+        for i in range(len(t) - 1):
+            r[i + 1] = r[i] + (t[i + 1] - t[i]) * (-0.5 * r[i] - 0.8 * abs(u[i]) * r[i] + push[i])
+        table = pd.DataFrame(
+            {"t": t, "u": u, "v": 0.1 * np.cos(t), "r": r, "left": steps[0], "right": steps[1]}
+        )
+        table.to_parquet(case.results / "trial" / f"{trial.name.split('/')[-1]}.parquet")
+    scores = [row.split(" | ")[2] for row in case_checks.yaw_forms(case).splitlines()[2:]]
+    found = [float(s.replace("−", "-")) for s in scores]
+    assert found[3] > 0.99
+    assert max(found[:3]) < found[3] - 0.02

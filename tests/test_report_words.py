@@ -12,7 +12,7 @@ from results_example import example_results, make_diagnosis
 from identify.fit import Estimated, FittedEffect
 from validate.diagnosis import Candidate, Round, Verdict
 from validate.report import read_model, report_of
-from validate.report.labels import advice_words, bars, in_words, ranked, taken_of
+from validate.report.labels import advice_words, bars, finding_words, in_words, ranked, taken_of
 from validate.report.markdown import round_markdown
 from validate.report.page import remark, report_page
 from validate.report.plan import spread
@@ -67,6 +67,10 @@ def test_names_in_sentences_are_words_but_those_of_inputs_and_files_stay():
         "Here clock offset (yaw rate) cannot be told from actuator lag (n_2); see a/roll_coupling.csv, gyro bias."
     )
     assert advice_words("clock_offset: look.") == "Clock offset: look."
+    assert (
+        finding_words("yaw_rate: circle -292° of heading, 37-68 s.")
+        == "yaw rate: circle −292° of heading, 37-68 s."
+    )
 
 
 def tried(effect, note, evidence=1.0, input=None):

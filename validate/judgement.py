@@ -82,12 +82,15 @@ def judge(
 
     Returns the fit without them under the same weights, and the judged finalists.
     """
-    refitted = raced(base, finalists, pace or Pace())
+    pace = pace or Pace()
+    refitted = raced(base, finalists, pace)
     if not refitted:
         return base, []
     if base.chi2_per_dof > FAR:
         refitted = sorted(refitted, key=lambda x: x[1].solution.total)
-        refitted = [(s, anew(f)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]
+        pace.expect(2 * AGAIN + 1, pace.left)
+        refitted = [(s, anew(f, pace)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]
+    pace("without what did best")
     best = min(refitted, key=lambda x: x[1].solution.total)[1]
     base = better_base(base, best)
     if base.chi2_per_dof > FAR:
@@ -103,10 +106,11 @@ def judge(
     return base_there, sorted(judged, key=lambda j: -j.evidence)
 
 
-def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
+def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:
     """The better of a fit and of others begun by regression with its effects' values, under the same weights."""
     structure, best = fitted.solution.structure, fitted
     for _ in range(rounds):
+        pace(f"anew: {structure.actives[-1].label}")
         p = np.where([s.coefficient < 0 for s in structure.slots], best.solution.p, 0.0)
         scratch = fit_from_scratch(
             structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=0

@@ -29,6 +29,9 @@ NAMES = {
     "recover": "Mending",
 }
 
+#: The time left follows from the pace of so many seconds: steps of a search may take long.
+PATIENCE = 600.0
+
 
 class StageLines:
     """A listener to progress: bars on a terminal; elsewhere one plain line per finished stage, if wanted."""
@@ -46,6 +49,7 @@ class StageLines:
             TextColumn("{task.fields[text]:.24}", markup=False),
             console=self.console,
             disable=not self.live,
+            speed_estimate_period=PATIENCE,
         )
         self.tasks: dict[str, TaskID] = {}
         self.stage: str | None = None

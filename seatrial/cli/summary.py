@@ -15,7 +15,7 @@ from preprocess.trial import Trial
 from seatrial.cli.tables import say, table_of
 from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Validation
 from validate.report.contents import log_entry, logs_with_trials
-from validate.report.labels import advice_words, in_words
+from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
 from validate.report.units import with_input_units
 from validate.report.words import (
@@ -35,6 +35,8 @@ from validate.report.words import (
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
+#: How a finding begins that is not about one log.
+OF_ALL = "The logs to identify on: "
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 
@@ -67,9 +69,7 @@ def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]
 def log_table(results: Results) -> Table:
     """The logs, one per line."""
     found = logs_with_trials(results)
-    shown = dict(
-        zip((name for name, _, _ in found), short_names([name for name, _, _ in found]), strict=True)
-    )
+    shown = short_names([name for name, _, _ in found])
     rows = [log_row(shown[name], log, name, trials) for name, log, trials in found]
     right = ("Lasts", "Read", "Damaged", "Gaps", "Outliers")
     return table_of(("Log", "Role", "Format", *right), rows, right)
@@ -101,7 +101,7 @@ def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterato
     lines += dict.fromkeys(results.after.notes)
     if most is None:
         lines = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings] + [*results.after.notes]
-    yield from (f"  · {line}" for line in lines[:most])
+    yield from (f"  · {finding_words(line)}" for line in lines[:most])
     if most is not None and len(lines) > most:
         yield f"  · and {len(lines) - most} more in report.html"
 
@@ -109,6 +109,8 @@ def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterato
 def finding_line(by_log: Mapping[str, str], shown: Mapping[str, str]) -> str:
     """A finding with the log that has it; the same sentence in every log without."""
     (name, sentence), others = next(iter(by_log.items())), len(by_log) - 1
+    if sentence.startswith(OF_ALL):
+        return sentence
     if others and len(by_log) == len(shown) and len(set(by_log.values())) == 1:
         return sentence
     return f"{shown[name]}: {sentence}" + (f" The like in {others} more." if others else "")

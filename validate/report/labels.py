@@ -21,6 +21,11 @@ def in_words(text: str) -> str:
     return _NAME.sub(lambda found: found[0].replace("_", " "), text)
 
 
+def finding_words(finding: str) -> str:
+    """A finding as it is read: streams in words, and a true minus before a number."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", in_words(finding))
+
+
 def advice_words(advice: str) -> str:
     """Advice as it is read: effects in words, and a capital at its begin."""
     words = in_words(advice)

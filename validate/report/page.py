@@ -20,6 +20,7 @@ from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, co
 from validate.report.labels import (
     advice_words,
     bars,
+    finding_words,
     in_words,
     label_of,
     ranked,
@@ -72,7 +73,7 @@ def report_page(results: Results) -> str:
     environment.filters |= {
         "number": words.number, "p": unbroken_probability, "in_powers": words.in_powers,
         "share": words.percent, "size": words.size, "duration": words.duration,
-        "in_words": in_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
+        "in_words": in_words, "finding": finding_words, "joined": words.joined, "svg": lambda f: Markup(f.svg),
     }  # fmt: skip
     return environment.get_template("page.html").render(**context(results))
 
