@@ -1,6 +1,7 @@
 """The Rerun recording, read back with the library's own reader."""
 
 import os
+import re
 import shutil
 import signal
 import socket
@@ -15,6 +16,7 @@ import pytest
 from results_example import CURRENT, example_results
 
 from validate.recording import entities, write_recording
+from validate.recording.glyphs import drawable
 from validate.recording.recording import recording_id
 from validate.recording.stream import most_rows, strips
 from validate.recording.tracks import geographic, on_plan
@@ -237,8 +239,39 @@ def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path, logs):
         assert (found.min(), found.max()) == (table[f"v_{part}"].min(), table[f"v_{part}"].max())
 
 
+@pytest.mark.parametrize(
+    ("text", "drawn"),
+    [
+        ("u̇ = −0.55 |u|u, 3·10⁻⁵ m/s²", "u̇ = −0.55 |u|u, 3·10⁻⁵ m/s²"),
+        ("so: `ṙ = 4.91·10⁻⁵ T − 2·10³ e₂`.", "so: `ṙ = 4.91e-5 T − 2e3 e₂`."),
+        ("Ægir, Øresund, Нева, Αθηνά, 海", "Ægir, Øresund, Нева, Αθηνά, ?"),
+        ("| ψ | 12 °/s → 4 |\n`a⁻`", "| ψ | 12 °/s → 4 |\n`a-`"),
+    ],
+)
+def test_text_has_only_characters_that_the_viewer_has(text, drawn):
+    assert drawable(text) == drawn
+
+
+def test_every_document_of_a_campaign_can_be_drawn(tmp_path):
+    write_recording(odd(example_results(logs=1, duration=5.0)), tmp_path / "x.rrd")
+    for path, found in read(tmp_path / "x.rrd").items():
+        for chunk in found:
+            for name in chunk.to_record_batch().schema.names:
+                if name.endswith((":text", ":labels", ":names")):
+                    text = str(chunk.to_record_batch()[name].to_pylist())
+                    assert "海" not in text, path
+                    assert not re.search(r"`[^`]*⁻[^`]*`", text), path
+
+
+def odd(results):
+    """The same with names and numbers that the viewer has no letters for."""
+    vessel = replace(results.after.vessel, name="海 No. 5")
+    return replace(results, after=replace(results.after, vessel=vessel), equations=("u̇ = 4.91e-05 T",))
+
+
 @pytest.mark.slow
 def test_the_viewer_opens_it_without_a_complaint(file, results, tmp_path):
+    write_recording(odd(results), tmp_path / "odd.rrd")
     command = shutil.which("rerun", path=str(Path(sys.executable).parent))
     if command is None:
         pytest.skip("the rerun command is not installed beside Python")
@@ -252,7 +285,7 @@ def test_the_viewer_opens_it_without_a_complaint(file, results, tmp_path):
         words, env=environment, stdout=silent, stderr=silent, start_new_session=True
     ) as viewer:
         try:
-            state = state_of(f"rerun+http://127.0.0.1:{port}/proxy", file)
+            state = state_of(f"rerun+http://127.0.0.1:{port}/proxy", tmp_path / "odd.rrd")
         finally:
             os.killpg(viewer.pid, signal.SIGTERM)  # the viewer is a child of the command
     if state is None:

@@ -11,6 +11,7 @@ import rerun.blueprint as rrb
 
 from validate.recording import entities
 from validate.recording.entities import log_root
+from validate.recording.glyphs import drawable
 from validate.report.names import slug
 
 
@@ -51,7 +52,7 @@ def time_axis(span: tuple[float, float], share: float) -> rrb.TimeAxis:
 
 def plot(origin: str, name: str, span: tuple[float, float], room: float = 0.2) -> rrb.TimeSeriesView:
     """A time plot of everything under ``origin``; ``room`` is the share to keep free for the legend."""
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=time_axis(span, room),
+    return rrb.TimeSeriesView(origin=origin, name=drawable(name), axis_x=time_axis(span, room),
                               plot_legend=rrb.PlotLegend(visible=True, corner="RightTop"))  # fmt: skip
 
 
@@ -59,7 +60,7 @@ def plan(view: LogView, name: str = "Plan, north up (m)") -> rrb.Spatial2DView:
     """The plan view of one log, wide enough for its whole track."""
     (left, right), (top, bottom) = view.bounds
     extent = rrb.VisualBounds2D(x_range=(left, right), y_range=(top, bottom))
-    return rrb.Spatial2DView(origin=f"{log_root(view.name)}/plan", name=name, visual_bounds=extent)
+    return rrb.Spatial2DView(origin=f"{log_root(view.name)}/plan", name=drawable(name), visual_bounds=extent)
 
 
 def log_tab(view: LogView) -> rrb.Horizontal:
@@ -78,7 +79,7 @@ def log_tab(view: LogView) -> rrb.Horizontal:
                          for s in view.signals), name="Signals", grid_columns=2)  # fmt: skip
     both = [c for c in (channels, rest, signals) if c.contents]
     right = rrb.Tabs(*both, active_tab=0)
-    return rrb.Horizontal(left, right, column_shares=[2, 3], name=view.name)
+    return rrb.Horizontal(left, right, column_shares=[2, 3], name=drawable(view.name))
 
 
 def overview(views: list[LogView]) -> rrb.Horizontal:

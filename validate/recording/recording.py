@@ -13,6 +13,7 @@ from preprocess.signals import STATES
 from preprocess.trial import Trial
 from validate.diagnosis import Results
 from validate.recording import entities
+from validate.recording.glyphs import drawable
 from validate.recording.layout import LogView, blueprint, bounds
 from validate.recording.series import PREDICTED, send_inputs, send_predictions, send_signals
 from validate.recording.story import send_documents, send_events
@@ -45,7 +46,7 @@ def write_recording(results: Results, path: Path) -> None:
         send_log(rec, names[name], table, results, name, trials.get(name, []), two)
         views.append(view_of(names[name], table, trials.get(name, []), results.after.vessel.length))
     send_documents(rec, results)
-    rec.send_recording_name(f"{results.after.vessel.name}, {results.after.model}")
+    rec.send_recording_name(drawable(f"{results.after.vessel.name}, {results.after.model}"))
     rec.send_blueprint(blueprint(views, len(results.diagnosis.rounds) if results.diagnosis else 0))
     rec.flush()
     rec.disconnect()

@@ -8,6 +8,7 @@ import rerun as rr
 from preprocess.trial import Trial
 from validate.diagnosis import Results, Round
 from validate.recording import entities
+from validate.recording.glyphs import drawable
 from validate.recording.stream import Clock
 from validate.report.labels import ranked
 from validate.report.markdown import diagnosis_markdown, report_markdown, round_markdown
@@ -31,7 +32,7 @@ def send_documents(rec: rr.RecordingStream, results: Results) -> None:
 
 def document(rec: rr.RecordingStream, path: str, words: str) -> None:
     """A Markdown document that holds at all times."""
-    rec.log(path, rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
+    rec.log(path, rr.TextDocument(drawable(words), media_type=rr.MediaType.MARKDOWN), static=True)
 
 
 def send_candidates(rec: rr.RecordingStream, path: str, r: Round) -> None:
@@ -59,6 +60,6 @@ def send_events(rec: rr.RecordingStream, name: str, trials: list[Trial], clock: 
         lines += [(a, f"{name}: unbroken stretch of {b - a:.1f} s begins") for a, b in trial.segments[1:]]
     end = max((trial.segments[-1][1] for trial in trials if trial.segments), default=0.0)
     lines = sorted([*lines, (end, f"{name}: {verdict}")])
-    columns = rr.TextLog.columns(text=[w for _, w in lines], level=["INFO"] * len(lines))
+    columns = rr.TextLog.columns(text=[drawable(w) for _, w in lines], level=["INFO"] * len(lines))
     times = clock.columns(np.array([t for t, _ in lines], dtype=np.float64))
     rec.send_columns(f"{entities.EVENTS}/{slug(name)}", indexes=times, columns=columns)

@@ -9,6 +9,7 @@ import rerun as rr
 
 from preprocess.trial import FloatArray
 from validate.recording.entities import COLOURS, ELAPSED, UTC
+from validate.recording.glyphs import drawable
 from validate.report.thinning import IntArray, extremes
 
 #: Rows of one series above which it is thinned to its extremes, and about how many a recording holds in all.
@@ -55,11 +56,11 @@ def send_series(
     t, value : (n,)
         Times, s, and values in SI units.
     """
-    colour = COLOURS[look.part]
+    colour, name = COLOURS[look.part], drawable(look.name)
     style = (
-        rr.SeriesPoints(colors=colour, markers="circle", marker_sizes=look.width, names=look.name)
+        rr.SeriesPoints(colors=colour, markers="circle", marker_sizes=look.width, names=name)
         if look.points
-        else rr.SeriesLines(colors=colour, widths=look.width, names=look.name)
+        else rr.SeriesLines(colors=colour, widths=look.width, names=name)
     )
     rec.log(path, style, static=True)
     keep = np.isfinite(value) & np.isfinite(t) if look.points else np.isfinite(t)
