@@ -121,15 +121,6 @@ def factor_to_si(unit: str) -> tuple[float, float]:
     return scale, 0.0
 
 
-def is_known(unit: str) -> bool:
-    """Whether ``factor_to_si`` knows the unit."""
-    try:
-        factor_to_si(unit)
-    except UnknownUnit:
-        return False
-    return True
-
-
 def simple_factor(part: str, unit: str) -> float:
     """Factor of one simple unit with its prefix and exponent; ``unit`` is the whole, for the message."""
     match = FACTOR.match(part.translate(EXPONENTS))

@@ -34,7 +34,7 @@ def equal(ours: np.ndarray, theirs: list) -> bool:
     return np.array_equal(np.where(missing, b, a), b, equal_nan=True)
 
 
-def peer_tlog(path: Path, sender: bool = False) -> dict[str, list[dict]]:
+def peer_tlog(path: Path) -> dict[str, list[dict]]:
     """Messages of pymavlink by type."""
     link = mavutil.mavlink_connection(str(path))
     out = collections.defaultdict(list)
@@ -70,7 +70,7 @@ def spots_of(records: list[bytes], count: int, seed: int = 0) -> set[int]:
     return set(random.Random(seed).sample(range(1, len(records) - 1), count))
 
 
-def peer_dataflash(path: Path, capfd=None) -> dict[str, list[dict]]:
+def peer_dataflash(path: Path) -> dict[str, list[dict]]:
     """Messages of DFReader by topic as Seatrial names them."""
     reader = DFReader.DFReader_binary(str(path))
     out, lowest = collections.defaultdict(list), {}

@@ -20,7 +20,7 @@ from ingest.container import Contents
 from ingest.log import SOURCE, Log
 from ingest.open import as_log
 from ingest.reader import Reader, ReadOptions
-from ingest.units import is_known
+from ingest.units import factor_to_si
 
 KINDS = {"damaged", "truncated", "gap", "clock", "duplicate", "unknown", "note"}
 QUANTITIES = {"position", "heading", "yaw_rate", "velocity", "wind", "depth", "rudder", "propeller"}
@@ -94,8 +94,8 @@ def check_sources(log: Log) -> None:
         assert source.topic in log.tables, source
         assert set(source.fields) in COMPONENTS, source
         assert set(source.fields.values()) <= set(log.tables[source.topic].columns), source
-        assert is_known(source.unit), source
-        assert is_known(str(source.options.get("speed_unit", "m/s"))), source
+        for unit in (source.unit, str(source.options.get("speed_unit", "m/s"))):
+            factor_to_si(unit)  # raises where it is not known
         if source.device is not None:
             assert (log.tables[source.topic][SOURCE] == source.device).any(), source
     for topic, column in log.units:

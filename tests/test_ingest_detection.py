@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from ingest_tables import table
 
 from ingest.detect import Rule, detect, quality_mask, stated_sigma
-from ingest.units import UnknownUnit, factor_to_si, is_known
+from ingest.units import UnknownUnit, factor_to_si
 
 
 @pytest.mark.parametrize(
@@ -43,12 +44,29 @@ def test_unknown_unit_names_the_nearest():
         factor_to_si("knotz")
 
 
+PARTS = st.lists(
+    st.sampled_from(["m", "km", "s", "min", "h", "deg", "mrad", "rev", "kN", "kg", "m²", "s^2", "%"]),
+    min_size=1,
+    max_size=3,
+)
+
+
+@given(PARTS.map("/".join) | PARTS.map(".".join))
+def test_units_multiply_and_divide(text):
+    factors = [factor_to_si(part)[0] for part in re.split(r"[/.]", text)]
+    first, rest = factors[0], np.prod(factors[1:])
+    assert factor_to_si(text) == (pytest.approx(first / rest if "/" in text else first * rest), 0.0)
+
+
 @given(st.text(max_size=12))
 def test_any_text_is_a_unit_or_not(text):
-    if is_known(text):
+    try:
         scale, offset = factor_to_si(text)
-        assert np.isfinite(offset)
-        assert scale > 0 or not np.isfinite(scale)
+    except UnknownUnit as error:
+        assert repr(text)[1:-1] in str(error) or text in str(error)
+        return
+    assert np.isfinite(offset)
+    assert scale > 0 or not np.isfinite(scale)
 
 
 POSITION = Rule(
