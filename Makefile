@@ -13,14 +13,15 @@ install: $(INSTALLED)
 $(INSTALLED): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: make PYTHON=/path/to/python3"; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
+	-@$(BIN)/python -m compileall -q -j 0 .venv/lib >/dev/null 2>&1  # on all cores; pip would on one
 	@touch $@
 
 demo: $(INSTALLED)  ## run the campaign that comes with the program
 	$(BIN)/seatrial demo
 
-test: $(INSTALLED)  ## every test
-	$(BIN)/python -m pytest -n $(WORKERS)
+test: $(INSTALLED)  ## every test; those of a file on one worker, which share what they prepare
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 check: $(INSTALLED)  ## style and types
 	$(BIN)/ruff check .
@@ -31,9 +32,10 @@ format: $(INSTALLED)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(INSTALLED)  ## every benchmark, in turn
-	@for script in benchmarks/bench_*.py; do \
-		echo "$$script"; $(BIN)/python -m benchmarks.$$(basename $$script .py) || exit 1; done
+BENCHMARKS ?= ingest preprocess lssvm rollout
+
+bench: $(INSTALLED)  ## the benchmarks that need no data but what they make (BENCHMARKS="ingest lssvm")
+	@for name in $(BENCHMARKS); do echo "bench_$$name"; $(BIN)/python -m benchmarks.bench_$$name || exit 1; done
 
 CASES ?= 640
 

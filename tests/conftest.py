@@ -7,6 +7,16 @@ import os
 
 import pytest
 
+pytest.register_assert_rewrite(
+    "can_samples", "capture_samples", "doc_pages", "mavlink_peers", "reader_checks", "results_example"
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Files with slow tests first: a worker that begins one of them last would keep the others waiting."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
 
 @pytest.fixture
 def device(tmp_path):

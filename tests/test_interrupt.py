@@ -20,6 +20,11 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process
 SCRIPT = Path(sys.executable).parent / "seatrial"
 
 
+def heard() -> None:
+    """A shell starts what runs behind it deaf to Ctrl-C, and so would be all that is started from there."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Started:
     """A command in a process group of its own; what it says is read as it comes."""
 
@@ -31,6 +36,7 @@ class Started:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
+            preexec_fn=heard,
         )
         self.said = ""
         self.reader = threading.Thread(target=self._read)
@@ -72,7 +78,8 @@ def test_an_interrupted_run_leaves_what_was_there_and_nothing_else(folder, stage
     (folder / "results").mkdir()
     (folder / "results" / "report.json").write_text("old")
     before = {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-    run = Started(folder, "run", ".", "--no-loop")
+    # a quick model: what is looked at is what is left behind, not what is found
+    run = Started(folder, "run", ".", "--no-loop", "--model", "linear", "--estimator", "ls")
     moment = {
         "start": lambda said: "Reading" in said,
         "identify": lambda said: "Preprocessing" in said,
