@@ -9,6 +9,7 @@ import random
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from mavlink_samples import (
     dataflash_body,
@@ -53,17 +54,19 @@ def assert_as_peer(log, peer: dict[str, list[dict]]) -> None:
         utc = (log.utc_ns + table.index.to_numpy()) * 1e-9
         assert np.allclose(utc, [r["_t"] for r in rows], rtol=0, atol=2e-6), name
         assert (table["source"] == [r["_s"] for r in rows]).all(), name
-        for field, value in rows[0].items():
-            if field == "mavpackettype" or field.startswith("_"):
-                continue
-            if isinstance(value, list):
-                for k in range(len(value)):
-                    assert equal(table[f"{field}[{k}]"].to_numpy(), [r[field][k] for r in rows]), (
-                        name,
-                        field,
-                    )
-            else:
-                assert equal(table[field].to_numpy(), [r[field] for r in rows]), (name, field)
+        assert_fields(name, table, rows)
+
+
+def assert_fields(topic: str, table: pd.DataFrame, rows: list[dict]) -> None:
+    """Every field of the rows stands in the table; one of an array with its number."""
+    for field, value in rows[0].items():
+        if field == "mavpackettype" or field.startswith("_"):
+            continue
+        if isinstance(value, list) or hasattr(value, "tolist"):
+            for k in range(len(value)):
+                assert equal(table[f"{field}[{k}]"].to_numpy(), [r[field][k] for r in rows]), (topic, field)
+        else:
+            assert equal(table[field].to_numpy(), [r[field] for r in rows]), (topic, field)
 
 
 def spots_of(records: list[bytes], count: int, seed: int = 0) -> set[int]:
@@ -95,17 +98,7 @@ def assert_as_dfreader(log, peer: dict[str, list[dict]]) -> None:
     for topic, rows in peer.items():
         table = log.tables[topic]
         assert len(table) == len(rows), topic
-        for field, value in rows[0].items():
-            if field.startswith("_"):
-                continue
-            if hasattr(value, "tolist"):
-                for k in range(len(value)):
-                    assert equal(table[f"{field}[{k}]"].to_numpy(), [r[field][k] for r in rows]), (
-                        topic,
-                        field,
-                    )
-            else:
-                assert equal(table[field].to_numpy(), [r[field] for r in rows]), (topic, field)
+        assert_fields(topic, table, rows)
 
 
 def dataflash_bytes(**options) -> bytes:

@@ -7,6 +7,8 @@ import struct
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from benchmarks.ingest_cases.mavlink_family import UNITS, ulog_message
+
 START_US = 1_700_000_000_000_000
 
 
@@ -69,13 +71,7 @@ def dataflash_head() -> list[bytes]:
     for name, (kind, letters, columns, layout) in DATAFLASH.items():
         size = struct.calcsize(layout) + 3
         out.append(record("FMT", kind, size, name.encode(), letters.encode(), columns.encode()))
-    for letter, label in (
-        ("s", "s"),
-        ("#", "instance"),
-        ("D", "deglatitude"),
-        ("U", "deglongitude"),
-        ("E", "rad/s"),
-    ):
+    for letter, label in UNITS.items():
         out.append(record("UNIT", 0, ord(letter), label.encode()))
     out += [record("MULT", 0, ord("F"), 1e-6), record("MULT", 0, ord("C"), 1e-3)]
     out.append(record("FMTU", 0, 130, b"s#-----DU--", b"F----------"))
@@ -112,10 +108,6 @@ ULOG_TOPICS = [
     ("sensor_gps", 0, "<QQiiB"), ("sensor_gps", 1, "<QQiiB"), ("vehicle_attitude", 0, "<Q4f?2s"),
     ("vehicle_angular_velocity", 0, "<Q3f"), ("nested", 0, "<Qhdhd"),
 ]  # fmt: skip
-
-
-def ulog_message(kind: str, body: bytes) -> bytes:
-    return struct.pack("<HB", len(body), ord(kind)) + body
 
 
 def ulog_head() -> bytes:

@@ -83,6 +83,10 @@ DATAFLASH = {
 }  # fmt: skip
 
 
+#: Letters of the units.
+UNITS = {"s": "s", "#": "instance", "D": "deglatitude", "U": "deglongitude", "E": "rad/s"}
+
+
 def dataflash_record(name: str, *values: object) -> bytes:
     return b"\xa3\x95" + bytes([DATAFLASH[name][0]]) + struct.pack(DATAFLASH[name][3], *values)
 
@@ -91,13 +95,7 @@ def dataflash_head() -> Iterator[bytes]:
     for name, (kind, letters, columns, layout) in DATAFLASH.items():
         size = struct.calcsize(layout) + 3
         yield dataflash_record("FMT", kind, size, name.encode(), letters.encode(), columns.encode())
-    for letter, label in (
-        ("s", "s"),
-        ("#", "instance"),
-        ("D", "deglatitude"),
-        ("U", "deglongitude"),
-        ("E", "rad/s"),
-    ):
+    for letter, label in UNITS.items():
         yield dataflash_record("UNIT", 0, ord(letter), label.encode())
     yield dataflash_record("FMTU", 0, 130, b"s#-----DU------", b"F--------------")
     yield dataflash_record("FMTU", 0, 132, b"s#EEE---", b"F-------")
