@@ -9,7 +9,7 @@ from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.loop import Outcome
-from validate.report.words import joined
+from validate.report.words import joined, percent
 
 #: Inputs logged less often than every so many s are worth a word.
 SLOW = 0.15
@@ -42,7 +42,7 @@ def advice_for(
     if verdict is Verdict.UNEXPLAINED:
         worst = max(left, key=lambda c: left[c])
         parts.append(
-            f"In {worst}, {100 * left[worst]:.0f} % of the standard deviation is structure that nothing in the library "
+            f"In {worst}, {percent(left[worst])} of the standard deviation is structure that nothing in the library "
             f"accounts for (material above {100 * materiality:.0f} %). Look at the residuals in the report: when, at "
             "which heading, speed and input they grow."
         )

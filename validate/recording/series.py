@@ -108,9 +108,10 @@ def send_predicted(rec: rr.RecordingStream, name: str, channel: str, clock: Cloc
         predicted = column(table, f"{channel}_{part}")
         if predicted is None:
             continue
-        look = Look(part, f"{channel} {part}")
+        said = part if len(parts) > 1 else "predicted"
+        look = Look(part, f"{channel} {said}")
         send_series(rec, entities.prediction(name, channel, part), clock, t, predicted, look)
-        rest = Look(part, f"{channel} residual {part}")
+        rest = Look(part, f"{channel} residual {part}" if len(parts) > 1 else f"{channel} residual")
         send_series(rec, entities.residual(name, channel, part), clock, t, smoothed - predicted, rest)
 
 
