@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -200,6 +201,20 @@ def test_sensor_effects_stand_in_the_stamps_and_values():
     assert np.allclose(position.columns["north"], north)
 
 
+def sailed(vessel, world, log):
+    """The truth of a random manoeuvre, and what sensors without noise of the position see of it."""
+    manoeuvre = make_manoeuvre("random", vessel, 80 * vessel.time_scale, 3)
+    truth = simulate(vessel, manoeuvre, world, 3, log=log, start=300.0)
+    suite = dataclasses.replace(DEFAULT_SUITE, position=Sensor(5.0, 0.0), antenna=vessel.antenna)
+    return truth, sense(truth, suite, 3)
+
+
+@cache
+def unmoved(vessel, log):
+    """What they see where nothing acts."""
+    return sailed(vessel, World(), log)[1]
+
+
 @pytest.mark.parametrize("name", [*LIBRARY, *OUTSIDE])
 def test_every_effect_can_be_drawn_and_leaves_its_mark(name):
     recipe = (LIBRARY | OUTSIDE)[name]
@@ -207,13 +222,8 @@ def test_every_effect_can_be_drawn_and_leaves_its_mark(name):
     assert vessels
     for vessel in vessels:
         effect = make_effect(name, recipe.sizes(vessel)[1], vessel, 7)
-        log = effect.options.get("logs", (0,))[0]
-        manoeuvre = make_manoeuvre("random", vessel, 80 * vessel.time_scale, 3)
-        world = World((effect,))
-        with_it = simulate(vessel, manoeuvre, world, 3, log=log, start=300.0)
-        without = simulate(vessel, manoeuvre, World(), 3, log=log, start=300.0)
-        suite = dataclasses.replace(DEFAULT_SUITE, position=Sensor(5.0, 0.0), antenna=vessel.antenna)
-        seen, unseen = sense(with_it, suite, 3), sense(without, suite, 3)
+        with_it, seen = sailed(vessel, World((effect,)), effect.options.get("logs", (0,))[0])
+        unseen = unmoved(vessel, effect.options.get("logs", (0,))[0])
         moved = max(
             np.abs(np.interp(s.t, seen.streams[k].t, next(iter(seen.streams[k].columns.values())))
                    - next(iter(s.columns.values()))).max()
