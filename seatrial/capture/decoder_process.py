@@ -7,7 +7,7 @@ import signal
 import threading
 from collections import defaultdict, deque
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from seatrial.capture.live_decoding import Outcome, PortDecoder
 from seatrial.capture.online_link import OnlineLink
+from seatrial.capture.priority import PATIENT, WATCHED, run_at_once, set_niceness
 from seatrial.capture.settings import PortSettings
 from seatrial.capture.warm_decoders import warm_up
 
@@ -26,12 +27,9 @@ MOST_WAITING = 1 << 26
 #: Signals that end a capture: they are for its main process.
 ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
-#: Bytes beyond which waiting batches are not taken together.
-MOST_AT_ONCE = 1 << 20
-#: Niceness of the process that reads the ports, where the system allows it, and of the decoders.
-PROMPT, PATIENT = -10, 5
-#: The same of the decoders where somebody watches.
-WATCHED = -5
+#: Bytes beyond which waiting batches are not taken together: what they give comes back in one piece, and while it is
+#: unpacked no byte is read.
+MOST_AT_ONCE = 1 << 17
 
 Batch = list[tuple[int, list[tuple[int, bytes]]]]
 
@@ -147,12 +145,6 @@ def _fed(decoder: PortDecoder, pieces: list[tuple[int, bytes]]) -> Outcome:
         )
 
 
-def set_niceness(value: int) -> None:
-    """Ask to be scheduled before others, or after; a user may not be allowed the former, and that is no error."""
-    with suppress(OSError, AttributeError):
-        os.setpriority(os.PRIO_PROCESS, 0, value)
-
-
 @contextmanager
 def endings_blocked() -> Iterator[None]:
     """Hold back the signals that end a capture; a process that is begun meanwhile never gets them."""
@@ -240,6 +232,7 @@ class DecoderProcess:
         return self._process.pid
 
     def _send(self) -> None:
+        run_at_once()
         while True:
             with self._wake:
                 while not self._waiting:
@@ -253,6 +246,7 @@ class DecoderProcess:
                 return
 
     def _receive(self) -> None:
+        run_at_once()
         try:
             while (outcomes := self._here.recv()) is not None:
                 if isinstance(outcomes, LiveStats):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ingest.errors import UsageError
 from seatrial.capture.device import reason
+from seatrial.capture.priority import run_at_once
 from seatrial.capture.recording_file import Message, RecordingFile
 from seatrial.capture.settings import FLUSH_BYTES, CaptureSettings
 
@@ -144,6 +145,7 @@ class FileSeries:
 
     def _sync_always(self) -> None:
         """Put on the disk what was written, beside the writing: a slow card does not hold it up."""
+        run_at_once()
         while not self._closing:
             self._syncing.wait()
             self._syncing.clear()

@@ -11,6 +11,7 @@ from seatrial.capture.clocks import HostClock, Stamp
 from seatrial.capture.device import Unplugged
 from seatrial.capture.events import Events, Level
 from seatrial.capture.opening import Port, open_port
+from seatrial.capture.priority import run_at_once
 from seatrial.capture.settings import PortSettings
 
 #: Pieces shorter than this are followed by a pause, so that slow trickles do not cost a core, bytes and s.
@@ -69,6 +70,7 @@ class PortReader(threading.Thread):
 
     def run(self) -> None:
         """Open, read, open again, with longer and longer waits."""
+        run_at_once()
         wait, said = FIRST_WAIT_S, ""
         while True:
             try:

@@ -21,6 +21,7 @@ from seatrial.capture.events import Event, Events, Level
 from seatrial.capture.file_series import FileSeries
 from seatrial.capture.live_decoding import Outcome
 from seatrial.capture.port_reader import Piece, PortReader
+from seatrial.capture.priority import young_garbage
 from seatrial.capture.recording_file import Message
 from seatrial.capture.records import ChannelSpec
 from seatrial.capture.settings import FLUSH_BYTES, CaptureSettings, PortSettings, Protocol
@@ -193,6 +194,7 @@ class Session:
             channel = status_channel(port.settings.name)
             self._pending.append(Message(channel, stamp.log_ns, stamp.wall_ns, status_message(values)))
         self._check_decoders()
+        young_garbage()
 
     def _check_decoders(self) -> None:
         if self.decoders is not None and self.decoders.failed:

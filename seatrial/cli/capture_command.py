@@ -102,7 +102,8 @@ def command(
 
 def run(settings: CaptureSettings, quiet: bool) -> Summary:
     """Capture until a signal says that it is enough."""
-    from seatrial.capture.decoder_process import PROMPT, endings_blocked, set_niceness
+    from seatrial.capture.decoder_process import endings_blocked
+    from seatrial.capture.priority import PROMPT, no_long_pauses, run_at_once, set_niceness
     from seatrial.capture.session import Session
     from seatrial.cli.capture_lines import Teller, stop_on_signals
 
@@ -110,6 +111,8 @@ def run(settings: CaptureSettings, quiet: bool) -> Summary:
     with endings_blocked():
         session = Session(settings, Teller(quiet))
         stop = stop_on_signals()
+    run_at_once()
+    no_long_pauses()
     if not quiet:
         names = ", ".join(f"{p.name} ({p.device}, {p.baud} bit/s)" for p in settings.ports)
         typer.echo(f"capturing {names} to {session.files.paths[0]}; Ctrl-C ends it", err=True)

@@ -12,12 +12,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from ingest.errors import SeatrialError
-from seatrial.capture.decoder_process import endings_blocked, set_niceness
+from seatrial.capture.decoder_process import endings_blocked
 from seatrial.capture.decoders import Tables
+from seatrial.capture.priority import LAST, run_at_once, set_niceness
 from seatrial.online.updates import Note, Update
-
-#: Niceness of the process: after the decoders.
-PATIENT = 8
 
 Batch = tuple[str, Tables]
 Timed = tuple[int, Update]
@@ -59,7 +57,7 @@ def serve(inbox: Connection, outbox: Connection, wanted: OnlineWanted) -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
-    set_niceness(PATIENT)
+    set_niceness(LAST)
     from seatrial.online.running import Running
 
     try:
@@ -135,6 +133,7 @@ class OnlineProcess:
         self._process.join(1.0)
 
     def _receive(self) -> None:
+        run_at_once()
         try:
             while (outcome := self._outcomes.recv()) is not None:
                 if isinstance(outcome, Ending):
