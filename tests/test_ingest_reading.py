@@ -5,6 +5,8 @@ from __future__ import annotations
 import gzip
 import lzma
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -198,6 +200,24 @@ def test_path_like(tmp_path, toys):
 def test_no_sniff_raises(data):
     for reader in ingest.readers.READERS:
         assert 0.0 <= reader.sniff(data) <= 1.0
+
+
+def test_the_list_of_readers_loads_no_library_of_a_format():
+    libraries = {
+        "asammdf",
+        "can",
+        "cantools",
+        "h5py",
+        "mcap",
+        "nmea2000",
+        "numba",
+        "pymavlink",
+        "pyubx2",
+        "rosbags",
+    }
+    code = f"import sys, ingest.readers; print({libraries} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
 
 
 def test_reader_names_are_unique():

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.canbus.frames import Capture, Frames, Packets, no_frames
-from ingest.canbus.layout import is_fast
 from ingest.canbus.lines import NOT_HEX, LineStyle, Stretch, clock_ns, date_time_ns, stretches
 from ingest.canbus.stamps import repaired_times
 from ingest.damage import damage_findings, merged
@@ -126,6 +125,8 @@ def colons(stamp: bytes) -> bytes:
 
 def sorted_out(rows: Rows) -> tuple[Frames, dict[int, Packets]]:
     """Packets by PGN; lines that are single frames of fast packets as frames."""
+    from ingest.canbus.layout import is_fast
+
     packets: dict[int, Packets] = {}
     loose = np.zeros(len(rows.pgn), np.bool_)
     assembled = bool((rows.size > 8).any())

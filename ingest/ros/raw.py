@@ -142,8 +142,8 @@ def _mavlink(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
 
 
 def _slcan(port: PortBytes, topics: frozenset[str] | None) -> RawStream:
+    from ingest.canbus.decoding import decoded
     from ingest.canbus.frames import Capture
-    from ingest.canbus.reader import decoded
     from ingest.canbus.slcan import scan
     from ingest.reader import ReadOptions
 

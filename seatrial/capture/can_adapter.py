@@ -44,8 +44,8 @@ class SlcanDecoder:
         return Tables(decoded.tables, decoded.units, *seen)
 
     def _decoded(self, frames: Frames) -> Tables:
+        from ingest.canbus.decoding import decoded
         from ingest.canbus.frames import Capture
-        from ingest.canbus.reader import decoded
         from ingest.reader import ReadOptions
 
         ready, self._waiting = complete(joined(self._waiting, frames))
