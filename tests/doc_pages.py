@@ -27,7 +27,7 @@ NOT_RUN = (
 MEASURED = {
     "tutorial-measured": [
         ROOT.parent / "shared" / "data" / "blueboat" / f"{n}.bin"
-        for n in ("00000216", "00000226", "00000230", "00000233")
+        for n in ("00000216", "00000230", "00000233")
     ]
 }
 #: Vessel and format of the logs that a page finds in ``trials``.
