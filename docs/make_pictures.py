@@ -1,8 +1,9 @@
 """Make the pictures of the README from a results folder.
 
-    python docs/make_pictures.py RESULTS [--out docs/pictures]
+    seatrial demo --out demo
+    python docs/make_pictures.py demo/results [--out docs/pictures] [--all]
 
-The report is taken by Chromium, at the width of a desk and of a phone, light and dark; the recording by
+The report is taken by Chromium (with ``--all`` also dark, and at the width of a phone); the recording by
 Rerun's own viewer without a window (it needs a graphics driver; Mesa's software one will do). What is not
 installed is left out, and said so.
 """
@@ -25,8 +26,8 @@ from PIL import Image
 
 LARGEST = 300_000
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-#: name: width, height, dark
-PAGES = {"report": (1280, 900, False), "report-dark": (1280, 900, True), "report-phone": (390, 844, False)}
+#: Name, width, height, dark; the first is that of the README.
+PAGES = (("report", 1280, 900, False), ("report-dark", 1280, 900, True), ("report-phone", 390, 844, False))
 QUIET = (
     "--headless=new",
     "--no-sandbox",
@@ -48,10 +49,11 @@ def main() -> int:
     parser.add_argument(
         "--at", type=float, default=None, help="s, where the time line of the recording stands"
     )
+    parser.add_argument("--all", action="store_true", help="the report dark and on a phone too")
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
     made = [
-        *report_pictures(chosen.results, chosen.out),
+        *report_pictures(chosen.results, chosen.out, PAGES if chosen.all else PAGES[:1]),
         *recording_picture(chosen.results, chosen.out, chosen.at),
     ]
     for path in made:
@@ -59,15 +61,14 @@ def main() -> int:
     return 0 if made else 1
 
 
-def report_pictures(results: Path, out: Path) -> list[Path]:
+def report_pictures(results: Path, out: Path, pages: tuple) -> list[Path]:
     """One picture of the page per width and scheme."""
     browser = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if browser is None:
         print("no Chromium on this machine: the report is left out", file=sys.stderr)
         return []
     return [
-        picture_of_page(browser, results / "report.html", out / f"{name}.png", *how)
-        for name, how in PAGES.items()
+        picture_of_page(browser, results / "report.html", out / f"{name}.png", *how) for name, *how in pages
     ]
 
 
@@ -82,7 +83,7 @@ def picture_of_page(browser: str, page: Path, out: Path, width: int, height: int
         command = [browser, *QUIET, f"--user-data-dir={folder}/profile", "--force-device-scale-factor=1.5",
                    f"--window-size={max(width, 500)},{height}", "--allow-file-access-from-files",
                    "--virtual-time-budget=3000", f"--screenshot={raw}", frame.as_uri()]  # fmt: skip
-        command[1:1] = ["--force-dark-mode"] if dark else []
+        command[1:1] = ["--blink-settings=preferredColorScheme=0"] if dark else []
         subprocess.run(command, check=True, capture_output=True, timeout=120)
         with Image.open(raw) as image:
             save(image.crop((0, 0, round(width * 1.5), round(height * 1.5))), out)
