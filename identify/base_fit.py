@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.chain import spreads
+from identify.left_out import joined_regularised
 from identify.noise import calibrated
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import free_run
@@ -17,7 +18,6 @@ from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
-from identify.whole_logs import joined_from_simple
 from identify.windows import Problem, cut, first_states
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
@@ -209,12 +209,12 @@ def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -
 
 
 def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    joined = None
+    found = None
     if not structure.has_following_states and "u" in structure.model.predicts:
-        joined = joined_from_simple(structure, stretches)
-    if joined is None:
+        found = joined_regularised(structure, stretches)
+    if found is None:
         raise NotIdentifiable("whole logs cannot be fitted free-running.")
-    return _at(structure, stretches, joined.p)
+    return _at(structure, stretches, found.joined.p)
 
 
 #: A way to fit a structure to stretches.

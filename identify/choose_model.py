@@ -4,8 +4,9 @@ Everything happens inside the logs to identify on. Every model whose inputs the 
 over short windows, in which even a poor model cannot run far; then each part is left out in turn, the parameters are
 fitted again from there, and the part is predicted over long windows.
 
-Where no model comes near the sensors' noise and there are several logs, it is whole logs that count: each model is
-fitted free-running (``identify.joined``), each log left out in turn and predicted from its first state to its end.
+Where no model comes near the sensors' noise and there are several logs, it is whole logs that count: each model, and
+one that is richer than windows could tell apart, is fitted free-running, each log left out in turn
+(``identify.left_out``).
 """
 
 from __future__ import annotations
@@ -19,18 +20,16 @@ from identify.base_fit import (
     FAR,
     Fitted,
     fit_from_scratch,
-    relative_errors,
     window_length,
 )
 from identify.drive import drive
-from identify.joined import Joined, join
+from identify.left_out import joined_regularised
 from identify.models import MODEL_BY_NAME, terms_for
-from identify.output_error import Prior, solve
+from identify.output_error import solve
 from identify.predict import run, shown, true_first_state
 from identify.prepare import Prepared, prepare
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.whole_logs import joined_from_simple, regression_start
 from identify.windows import Problem
 from ingest.errors import NotIdentifiable
 from preprocess.trial import Trial
@@ -42,14 +41,12 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "taylor3", "abkowitz")
 #: A model is as good as the best where its error is no more than this share larger.
 AS_GOOD = 0.02
+#: Models whose coefficients windows of a few logs could not tell; considered where whole logs are predicted.
+RICH = ("taylor_modulus",)
 #: Length of the windows that are fitted, s.
 ROUGH = 10.0
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5
-#: At most so many groups of logs are left out in turn where whole logs are predicted.
-MOST_GROUPS = 8
-#: Jumps between windows, from loose to tight, where a log was left out and the rest is fitted again.
-AGAIN = (3e-2, 1e-2, 3e-3)
 #: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
 CAP = 3.0
 
@@ -63,7 +60,8 @@ class Considered:
     name : str
     terms : int
     error : float
-        Root mean square over u, v, r of the prediction error of unseen parts, in units of each channel's spread.
+        Root mean square over u, v, r of the prediction error of unseen parts, in units of each channel's spread;
+        where whole logs were left out the geometric mean over them.
     parts : tuple of float
         The same per part.
     note : str
@@ -107,6 +105,7 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
     if _far_from_noise(tried):
+        tried += [_untried(used, name) for name in RICH]
         ranked = ranking([_by_whole_logs(t) for t in tried])
     return simplest(ranked), ranked
 
@@ -174,33 +173,24 @@ def _far_from_noise(tried: Sequence[_Tried]) -> bool:
 
 
 def _by_whole_logs(tried: _Tried) -> Considered:
-    """The model's error over logs that were left out, predicted free-running from beginning to end."""
+    """The model's error over logs that were left out, with the prior that predicts those best."""
     one, prepared = tried.considered, tried.prepared
     if prepared is None:
         return one
-    structure, stretches = prepared.structure, prepared.identify
-    found = joined_from_simple(structure, stretches)
+    found = joined_regularised(prepared.structure, prepared.identify)
     if found is None:
-        return replace(one, error=np.inf, note="runs away over whole logs")
-    _, prior = regression_start(structure, stretches)
-    names = list(dict.fromkeys(s.name for s in stretches))
-    groups = [
-        {k for k, s in enumerate(stretches) if names.index(s.name) % MOST_GROUPS == g}
-        for g in range(MOST_GROUPS)
-    ]
-    return _of_squares(one.name, one.terms, [_logs_left_out(found, prior, g) for g in groups if g])
+        return replace(one, error=np.inf, parts=(), note="runs away over whole logs")
+    return replace(one, error=found.error, parts=tuple(map(float, found.errors)))
 
 
-def _logs_left_out(found: Joined, prior: Prior, group: set[int]) -> tuple[float, int]:
-    """Squared error, in units of each log's own spread, and number of samples of stretches that were left out."""
-    chain = found.chain
-    kept = [k for k, w in enumerate(chain.pieces) if w.stretch not in group]
-    again = join(chain.without(group), found.p, prior, found.first[kept], jumps=AGAIN, budget=8)
-    p = found.p * np.nan if again is None else again.p
-    errors = np.vstack([
-        relative_errors(chain.structure, p, chain.stretches[k], chain.spread[k], CAP) for k in sorted(group)
-    ])  # fmt: skip
-    return float(np.sum(errors**2) / 3.0), len(errors)
+def _untried(trials: Sequence[Trial], name: str) -> _Tried:
+    """A model that only whole logs can tell the coefficients of."""
+    first = trials[0]
+    note = missing_inputs(name, first.vessel, first.inputs_declared)
+    if note:
+        return _Tried(Considered(name, 0, np.inf, (), note))
+    prepared = prepare(trials, name)
+    return _Tried(Considered(name, len(prepared.structure.setting.terms), np.inf), prepared)
 
 
 def parts_of(problem: Problem) -> list[list[int]]:

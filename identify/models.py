@@ -54,6 +54,10 @@ _CS2_SURGE = _split("u, |u|u, u³, vr, r², |n|n, |n|u")
 #: Third-order expansion in v, r and the rudder's angle, rudder terms also with the speed, and a constant.
 _TAYLOR = _split("ur, uv, v, r, δ, uδ, v³/U, v²r/U, vr²/U, r³/U, δ³, vδ², rδ², v²δ, r²δ, vrδ, 1")
 
+#: What an expansion and its form in moduli have, together: where two describe the same, the prior shares it out.
+_RICH = _split("ur, uv, v, r, δ, uδ, |v|v, |v|r, |r|v, |r|r, v³/U, v²r/U, vr²/U, r³/U, δ³, vδ², rδ², v²δ, r²δ, vrδ, "
+               "|v|δ, |r|δ, |δ|v, |δ|r, 1")  # fmt: skip
+
 _MMG = _split("vU, rU, v³/U, v²r/U, vr²/U, r³/U, F_Ncosδ")
 
 MODELS: tuple[Model, ...] = (
@@ -75,6 +79,8 @@ MODELS: tuple[Model, ...] = (
     Model("linear", _split("u, vr, r², T"), _split("v, r, ur, F_y"), _split("r, v, uv, N_F"), "Fossen 2011, sec. 7.3"),
     Model("taylor3", _split("|u|u, v², vr, r², |n|n, δ², vδ, rδ"), _TAYLOR, _TAYLOR,
           "Abkowitz 1964; Strom-Tejsen 1965"),
+    Model("taylor_modulus", _split("u, |u|u, v², vr, r², v⁴/U², |n|n, δ², vδ, rδ"), _RICH, _RICH,
+          "Abkowitz 1964; Fedyaevsky and Sobolev 1963"),
     Model("mmg", _split("U², v², vr, r², v⁴/U², T_P, F_Nsinδ"), _MMG, _MMG, "Yasukawa and Yoshimura 2015, eqs. 4-27",
           flow=True),
 )  # fmt: skip

@@ -107,14 +107,14 @@ def reduce(
     return Reduced(information, score, cost, step, slope)
 
 
-def prior_for(structure: Structure, scales: FloatArray) -> Prior:
+def prior_for(structure: Structure, scales: FloatArray, ridge: float = RIDGE) -> Prior:
     """Ridge on coefficients from their natural sizes (terms,), priors of the slots, nothing on the others."""
     mean, sd = np.zeros(len(structure.slots)), np.full(len(structure.slots), np.inf)
     for k, slot in enumerate(structure.slots):
         if slot.prior is not None:
             mean[k], sd[k] = slot.prior
         elif slot.coefficient >= 0:
-            sd[k] = RIDGE * max(scales[slot.coefficient], 1e-12)
+            sd[k] = ridge * max(scales[slot.coefficient], 1e-12)
     return Prior(mean, sd)
 
 

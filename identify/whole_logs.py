@@ -10,7 +10,7 @@ import numpy as np
 from identify.chain import chain_of
 from identify.joined import Joined, join
 from identify.models import MODEL_BY_NAME, terms_for
-from identify.output_error import Prior, prior_for
+from identify.output_error import RIDGE, Prior, prior_for
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
@@ -23,13 +23,16 @@ LEAN = "blanke"
 FIRM = (1e-2, 3e-3, 1e-3)
 
 
-def joined_from_simple(structure: Structure, stretches: Sequence[Stretch]) -> Joined | None:
+def joined_from_simple(
+    structure: Structure, stretches: Sequence[Stretch], ridge: float = RIDGE
+) -> Joined | None:
     """Fit whole logs free-running, from the regression and from the solution of a lean model; the better of the two.
 
     A rich model has many valleys; the one that a lean model leads into is rarely a bad one, and often the best.
+    ``ridge`` is how many times its natural size a coefficient may have.
     """
     chain = chain_of(structure, stretches)
-    p, prior = regression_start(structure, stretches)
+    p, prior = regression_start(structure, stretches, ridge)
     found = [join(chain, p, prior)]
     lean = lean_structure(structure)
     if lean is not None:
@@ -40,10 +43,12 @@ def joined_from_simple(structure: Structure, stretches: Sequence[Stretch]) -> Jo
     return min((f for f in found if f is not None), key=lambda f: f.cost, default=None)
 
 
-def regression_start(structure: Structure, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:
+def regression_start(
+    structure: Structure, stretches: Sequence[Stretch], ridge: float = RIDGE
+) -> tuple[FloatArray, Prior]:
     """Coefficients by regression, effects at their null, and what is known beforehand."""
     p = start_by_regression(structure, null_parameters(structure), stretches)
-    return p, prior_for(structure, coefficient_scales(structure, p, stretches))
+    return p, prior_for(structure, coefficient_scales(structure, p, stretches), ridge)
 
 
 def lean_structure(structure: Structure) -> Structure | None:

@@ -1,0 +1,123 @@
+"""How well logs are predicted that a fit over whole logs has not seen, and how tight a prior that asks for.
+
+Each log is left out in turn, the rest fitted again, and the log predicted free-running in thirds, each from its own
+smoothed beginning: over the whole of a gentle log the course of an unstable vessel may be lost whatever the model, and
+then it would say nothing of it. Logs count alike, by the ratio of their errors (a Gaussian likelihood with an error of
+its own for each); one that is predicted no better than by its mean is not predicted, and how badly does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from identify.drive import drive
+from identify.joined import Joined, join
+from identify.output_error import Prior
+from identify.predict import run, shown, true_first_state
+from identify.stretch import Stretch
+from identify.structure import Structure
+from identify.whole_logs import FIRM, joined_from_simple, regression_start
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: How many times its natural size a coefficient may have, from tight to loose.
+RIDGES = (1.0, 3.0, 10.0, 30.0)
+#: At most so many groups of logs are left out in turn; with fewer logs than this nothing is left out.
+MOST_GROUPS, LEAST_LOGS = 8, 3
+#: Jumps between windows, from loose to tight, where a log was left out and the rest is fitted again.
+AGAIN = (3e-2, 1e-2, 3e-3)
+#: A log that was left out is predicted in so many parts.
+PARTS = 3
+#: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
+CAP = 3.0
+
+
+@dataclass(frozen=True)
+class Regularised:
+    """A fit over whole logs with the prior that predicts logs left out best.
+
+    ``errors`` (groups,) root mean square over u, v, r of the errors of each group of logs when it was left out, in
+    units of each log's own spread; empty where there were too few logs.
+    """
+
+    joined: Joined
+    ridge: float
+    errors: FloatArray
+
+    @property
+    def error(self) -> float:
+        """Geometric mean of the errors, each at most 1."""
+        return float(np.exp(np.mean(np.log(np.minimum(self.errors, 1.0))))) if len(self.errors) else np.inf
+
+
+def joined_regularised(structure: Structure, stretches: Sequence[Stretch]) -> Regularised | None:
+    """Fit whole logs free-running with the prior that predicts logs left out best; None where the model runs away."""
+    groups = groups_of(stretches)
+    if not groups:
+        found = joined_from_simple(structure, stretches)
+        return None if found is None else Regularised(found, np.inf, np.zeros(0))
+    tried: list[Regularised] = []
+    for ridge in RIDGES:
+        one = _with_ridge(structure, stretches, groups, ridge, tried[-1] if tried else None)
+        if one is not None:
+            tried.append(one)
+    return min(tried, key=lambda r: r.error, default=None)
+
+
+def groups_of(stretches: Sequence[Stretch]) -> list[set[int]]:
+    """Stretches by log, joined to a few groups; none where there are too few logs."""
+    names = list(dict.fromkeys(s.name for s in stretches))
+    if len(names) < LEAST_LOGS:
+        return []
+    groups = [
+        {k for k, s in enumerate(stretches) if names.index(s.name) % MOST_GROUPS == g}
+        for g in range(MOST_GROUPS)
+    ]
+    return [g for g in groups if g]
+
+
+def _with_ridge(
+    structure: Structure,
+    stretches: Sequence[Stretch],
+    groups: Sequence[set[int]],
+    ridge: float,
+    before: Regularised | None,
+) -> Regularised | None:
+    """The fit with one prior, begun from that with another where there is one."""
+    _, prior = regression_start(structure, stretches, ridge)
+    if before is None:
+        found = joined_from_simple(structure, stretches, ridge)
+    else:
+        found = join(before.joined.chain, before.joined.p, prior, before.joined.first, jumps=FIRM)
+    if found is None:
+        return None
+    return Regularised(found, ridge, np.array([_error_of(found, prior, g) for g in groups]))
+
+
+def _error_of(found: Joined, prior: Prior, group: set[int]) -> float:
+    """Root mean square error, in units of each log's own spread, of stretches that were left out."""
+    chain = found.chain
+    kept = [k for k, w in enumerate(chain.pieces) if w.stretch not in group]
+    again = join(chain.without(group), found.p, prior, found.first[kept], jumps=AGAIN, budget=8)
+    if again is None:
+        return CAP
+    errors = [errors_in_parts(chain.structure, again.p, chain.stretches[k]) / chain.spread[k] for k in group]
+    capped = np.clip(np.nan_to_num(np.vstack(errors), nan=CAP), -CAP, CAP)
+    return float(np.sqrt(np.mean(capped**2)))
+
+
+def errors_in_parts(structure: Structure, p: FloatArray, stretch: Stretch, parts: int = PARTS) -> FloatArray:
+    """Free-running errors (m, 3) of u, v, r over parts of a stretch, each from its first smoothed state."""
+    d = drive(structure, p, stretch)
+    edges = np.linspace(0, stretch.steps, parts + 1).astype(int)
+    found = []
+    for a, b in pairwise(edges.tolist()):
+        with np.errstate(over="ignore", invalid="ignore"):
+            states = run(structure, d, stretch, true_first_state(structure, d, stretch.states[a]), a, b - a)
+            predicted = shown(structure, d, stretch, states)
+        found.append(predicted[:, 3:6] - stretch.states[a : b + 1, 3:6])
+    return np.vstack(found)
