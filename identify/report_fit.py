@@ -166,15 +166,20 @@ def _lead_note(structure: Structure, p: FloatArray, covariance: FloatArray) -> l
 
 
 def lead_words(lead: float, error: float, expected: float) -> list[str]:
-    """How far the actuators are from the logged inputs, s, where that is not zero within its 95 % interval.
+    """How far the actuators are from the logged inputs, s, where that is more than their logging explains.
 
-    ``expected`` : how far the actuators may be ahead because the inputs are logged seldom.
+    ``expected`` : how far they may be ahead because the inputs are logged seldom; what lies between zero and this,
+    within the 95 % interval, is not worth a word.
     """
-    if not abs(lead) > 1.96 * error:
-        return []
-    way = "ahead of" if lead > 0 else "behind"
-    follows = f"; up to {expected:.3f} s follows from how seldom the inputs are logged" if lead > 0 else ""
-    return [f"The actuators are {abs(lead):.3f} ± {error:.3f} s {way} the logged inputs{follows}."]
+    reach = 1.96 * error
+    if lead < -reach:
+        return [f"The actuators are {-lead:.3f} ± {error:.3f} s behind the logged inputs."]
+    if lead > expected + reach:
+        return [
+            f"The actuators are {lead:.3f} ± {error:.3f} s ahead of the logged inputs; only up to {expected:.3f} s of "
+            "that follows from how seldom the inputs are logged."
+        ]
+    return []
 
 
 def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:

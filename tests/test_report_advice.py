@@ -51,7 +51,9 @@ def test_the_checks_of_look_alikes_are_said_once_and_by_name():
         (-0.001, 0.001, None),
         (0.001, 0.001, None),
         (0.05, math.nan, None),
-        (0.05, 0.01, "0.050 ± 0.010 s ahead of the logged inputs; up to 0.200 s follows"),
+        (0.05, 0.01, None),
+        (0.21, 0.01, None),
+        (0.25, 0.01, "0.250 ± 0.010 s ahead of the logged inputs; only up to 0.200 s of that follows"),
         (-0.05, 0.01, "0.050 ± 0.010 s behind the logged inputs."),
     ],
 )

@@ -126,3 +126,10 @@ def test_text_and_lines_have_enough_contrast_in_light_and_dark(example_page):
         for ground in ("paper", "panel"):
             for text in ("ink", "muted", "before", "after", "bad", "good", "warn"):
                 assert contrast(colours[text], colours[ground]) >= 4.5, (text, ground)
+
+
+def test_what_is_noticed_of_the_logs_together_is_not_said_of_one(example):
+    first = replace(example.trials[0], findings=("The logs to identify on: one speed.", "A gap."))
+    page = report_page(replace(example, trials=(first, *example.trials[1:])))
+    together, one = page.index("The logs to identify on"), page.index("<strong>logs/zigzag0.nmea</strong>")
+    assert page.index("<strong>All logs</strong>") < together < one < page.index("A gap.")

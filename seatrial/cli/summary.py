@@ -17,6 +17,7 @@ from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Va
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
+from validate.report.reading import OF_ALL
 from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
@@ -35,8 +36,6 @@ from validate.report.words import (
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
-#: How a finding begins that is not about one log.
-OF_ALL = "The logs to identify on: "
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 

@@ -44,8 +44,9 @@ def remark_of(c: Candidate) -> str:
 
 def short_remark_of(c: Candidate) -> str:
     """The remark beside a number that stands for itself: one that promises much did not gain too little."""
-    promising = c.evidence > 0 and not refitted(c)
-    return f"{NOT_REFITTED}: a first look" if promising else remark_of(c)
+    if refitted(c):
+        return remark_of(c)
+    return f"{NOT_REFITTED}: a first look" if c.evidence > 0 else f"{NOT_REFITTED}: it promises too little"
 
 
 def _parts(c: Candidate) -> tuple[str, str]:

@@ -9,6 +9,9 @@ from preprocess.trial import Trial
 from validate.report import words
 from validate.report.schema import LogEntry, SignalEntry
 
+#: How a finding begins that is about the logs together.
+OF_ALL = "The logs to identify on: "
+
 
 def signal_rows(entries: list[LogEntry]) -> list[dict[str, Any]]:
     """Signals by name and source: number of logs, rates, gaps and samples set aside."""
@@ -53,8 +56,10 @@ def noticed(logs: list[tuple[str, Log | None, list[Trial]]]) -> list[tuple[str, 
     every = [
         f for f in next(iter(by_log.values()), []) if len(by_log) > 1 and all(f in v for v in by_log.values())
     ]
-    out = [("All logs", every)] + [
-        (name, [f for f in found if f not in every]) for name, found in by_log.items()
+    together = [f for found in by_log.values() for f in found if f.startswith(OF_ALL)]
+    shared = [*every, *together]
+    out = [("All logs", shared)] + [
+        (name, [f for f in found if f not in shared]) for name, found in by_log.items()
     ]
     return [(name, found) for name, found in out if found]
 
