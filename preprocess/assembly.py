@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,9 @@ from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said
 from preprocess.gaps import find_segments, widened
 from preprocess.judge import Judged, judge
-from preprocess.raw import Raw
+from preprocess.raw import Raw, kept
 from preprocess.smoother import ChainResult, at_origin, states, to_earth
+from preprocess.stated import all_heard
 from preprocess.trial import FloatArray, Measurement, Step
 from preprocess.turning import smooth_track
 from preprocess.vessel import Vessel
@@ -55,8 +56,12 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     wanted = sensor_times(judged)
     beside = widened(segments, judged)
     speed = rough_speed(judged["position"])
-    heading = smooth_heading(heading_streams(judged), speed, segments, wanted, inputs, beside)
-    track = smooth_track(track_streams(judged, heading, vessel), heading, segments, wanted, inputs, beside)
+    stated = {k: j.raw.stated for k, j in judged.items()}
+    turning_sensors, words = all_heard(heading_streams(judged), stated, segments)
+    heading = smooth_heading(turning_sensors, speed, segments, wanted, inputs, beside)
+    track_sensors, more_words = all_heard(track_streams(judged, heading, vessel), stated, segments)
+    words |= more_words
+    track = smooth_track(track_sensors, heading, segments, wanted, inputs, beside)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)
@@ -70,10 +75,11 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
     offsets = clock_offsets(heading, table, segments, None if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
-    findings = tuple(said(judged, segments, offsets, found, track.wander))
+    findings = tuple(said(judged, segments, offsets, found, track.wander, words))
     history = (
         *(Step("set_aside", {"quantity": k, **j.reasons}) for k, j in judged.items() if j.reasons),
         *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),
+        *(Step("stated_accuracy", {"quantity": k, **asdict(w)}) for k, w in words.items()),
         Step("segments", {"segments": [list(s) for s in segments]}),
         Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
         Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track), **_wander(track)}),
@@ -117,7 +123,7 @@ def white_noise(j: Judged) -> float:
 def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
     """Return the samples between the bounds."""
     keep = (raw.t >= bounds[0]) & (raw.t <= bounds[1])
-    return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep])
+    return kept(raw, keep)
 
 
 def sensor_times(judged: Mapping[str, Judged]) -> FloatArray:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from preprocess.kalman import _predict, _update
 from preprocess.trial import BoolArray, FloatArray
+from preprocess.wiener import predict, update
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
@@ -160,7 +160,7 @@ def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
         known = not np.isnan(clock[which])
         if known:
             dt = max(t[i] - clock[which], 0.0)
-            _predict(m, p, dt, q, work)
+            predict(m, p, dt, q, work)
             clock[which] = t[i]
         if k == HEADING and known:
             row[0] += 2.0 * math.pi * np.round((m[0, 0] - row[0]) / (2.0 * math.pi))
@@ -193,7 +193,7 @@ def _filter(  # type: ignore[no-untyped-def]  # noqa: ANN202
             if off <= GATE * GATE:
                 good[i] = True
                 refused[k, 0] = 0.0
-                _update(m, p, order, row, noise[k], gain)
+                update(m, p, order, row, noise[k], gain)
             elif _refuse(refused, k, t[i]) and order == 0:
                 _begin(m, p, order, row, noise[k], rate[which])
                 refused[k, 0] = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Stream:
         Standard deviation below which its noise cannot lie: that of its rounding.
     judged : bool
         Its samples were held against the motion before.
+    weight : (n,), optional
+        Variance of each sample as a multiple of the stream's; None: all alike.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Stream:
     sigma: float = float("nan")
     floor: float = 0.0
     judged: bool = False
+    weight: FloatArray | None = None
 
 
 def inside(t: FloatArray, segments: Segments) -> IntArray:
@@ -65,7 +68,10 @@ class Drive:
 
 @dataclass(frozen=True)
 class Assembled:
-    """Rows with what they came from: ``stream`` and ``sample`` index, -1 where nothing was measured."""
+    """Rows with what they came from: ``stream`` and ``sample`` index, -1 where nothing was measured.
+
+    The rows' variance is the weight of their sample until levels are given (:func:`at_levels`).
+    """
 
     rows: Rows
     stream: IntArray
@@ -97,13 +103,16 @@ def assemble(
     value = np.concatenate(
         [*(s.value[i] for s, i in zip(streams, used, strict=True)), np.zeros((len(blank), width))]
     )
+    weight = [
+        np.ones(len(i)) if s.weight is None else s.weight[i] for s, i in zip(streams, used, strict=True)
+    ]
     order = np.append([s.order for s in streams], -1)[stream]
     at = np.lexsort((order, t))
     rows = Rows(
         t[at],
         order[at].astype(np.int64),
         value[at],
-        np.ones(len(at)),
+        np.concatenate([*weight, np.ones(len(blank))])[at],
         _fresh(t[at], segments),
         _scale(drive, t[at]),
     )
@@ -126,3 +135,8 @@ def _fresh(t: FloatArray, segments: Segments) -> BoolArray:
 def variances(stream: IntArray, sigma: FloatArray) -> FloatArray:
     """Variance of each row from the standard deviation of its stream (1 for blank rows)."""
     return np.asarray(np.append(sigma, 1.0)[stream] ** 2, float)
+
+
+def at_levels(assembled: Assembled, sigma: FloatArray) -> Rows:
+    """Rows with their variance, from the standard deviation of their stream and the weight of their sample."""
+    return replace(assembled.rows, variance=variances(assembled.stream, sigma) * assembled.rows.variance)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from preprocess.chains import Drive, Segments, Stream, assemble, variances
+from preprocess.chains import Drive, Segments, Stream, assemble, at_levels
 from preprocess.kalman import Rows, cost
 from preprocess.levels import Levels, thin_out
 from preprocess.trial import FloatArray, Measurement
@@ -79,8 +79,7 @@ def commanded_drive(
     if not len(t):
         return None
     assembled = assemble(streams, segments, np.empty(0))
-    variance = variances(assembled.stream, levels.sigma)
-    rows, _ = thin_out(replace(assembled.rows, variance=variance), assembled.stream, MOST_ROWS)
+    rows, _ = thin_out(at_levels(assembled, levels.sigma), assembled.stream, MOST_ROWS)
     best = fitted_cost(rows, levels.q, prior) - LEAST_GAIN
     chosen: tuple[float, float] | None = None
     for tau in TIMES:

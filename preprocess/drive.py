@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from preprocess.chains import Assembled, Drive, Stream, variances
+from preprocess.chains import Assembled, Drive, Stream, at_levels
 from preprocess.kalman import Rows, smooth
 from preprocess.levels import Levels
 from preprocess.trial import FloatArray
@@ -74,7 +74,7 @@ def find_drive(
     span, step = memory(streams, levels), shortest_interval(streams)
     if len(streams) == 1 and span < LEAST_MEMORY * step:
         return None
-    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    rows = at_levels(assembled, levels.sigma)
     base = np.log(rows.scale)
     slow = _adapt(rows, levels, prior, base, base, MEMORIES * span, PRIOR_SPREAD)
     return Drive(rows.t, _adapt(rows, levels, prior, slow, slow, FAST * step, FAST_SPREAD))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from preprocess.trial import FloatArray, Trial
+from preprocess.trial import FloatArray, Step, Trial
 
 #: Columns of a scaled regression beyond this condition number are collinear for practical purposes.
 COLLINEAR = 1e3
@@ -70,6 +70,34 @@ def excitation(trials: Sequence[Trial]) -> Excitation:
     headings = _headings(pooled["psi"])
     said = tuple(_sentences(ranges, levels, coherence, regressions, headings))
     return Excitation(ranges, levels, coherence, regressions, headings, said)
+
+
+def with_excitation(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """The trials, the first to identify on with what all of them excite in its history and findings."""
+    used = [k for k, t in enumerate(trials) if t.role == "identify" and t.segments]
+    if not used:
+        return tuple(trials)
+    found = excitation([trials[k] for k in used])
+    first = trials[used[0]]
+    said = tuple(f"The logs to identify on: {s}" for s in found.sentences)
+    step = Step("excitation", _arguments(found))
+    cut = tuple(s for s in first.history[-1:] if s.action == "cut")  # stays last
+    history = (*first.history[: len(first.history) - len(cut)], step, *cut)
+    first = replace(first, findings=(*first.findings, *said), history=history)
+    return tuple(first if k == used[0] else t for k, t in enumerate(trials))
+
+
+def _arguments(found: Excitation) -> dict[str, object]:
+    return {
+        "ranges": {k: list(v) for k, v in found.ranges.items()},
+        "levels": dict(found.levels),
+        "coherence": dict(found.coherence),
+        "headings": found.headings,
+        "regressions": {
+            x.equation: {"terms": list(x.terms), "rank": x.rank, "condition": min(x.condition, 1e300)}
+            for x in found.regressions
+        },
+    }
 
 
 def _grid(trial: Trial) -> dict[str, FloatArray]:

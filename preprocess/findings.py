@@ -10,6 +10,7 @@ from preprocess.chains import Segments
 from preprocess.judge import Judged
 from preprocess.manoeuvres import Found, classify_stretch
 from preprocess.offsets import ClockOffset
+from preprocess.stated import Word
 from preprocess.trial import Measurement
 from preprocess.wander_kalman import Wander
 
@@ -41,6 +42,7 @@ def said(
     offsets: Sequence[ClockOffset],
     found: Sequence[Found],
     wander: Wander | None = None,
+    words: Mapping[str, Word] | None = None,
 ) -> list[str]:
     """Sentences for the report."""
     out = []
@@ -58,6 +60,11 @@ def said(
     if wander is not None:
         size = f"{wander.sigma:.2g} m, over {wander.time:.0f} s"
         out.append(f"The errors of the position wander ({size}): velocities are less sure for it.")
+    out += [
+        f"Samples of {k} count by what the sensor states of their accuracy."
+        for k, w in (words or {}).items()
+        if w.power > 0.0
+    ]
     out += [str(o) for o in offsets if o.seen]
     out += [f"{f.kind} {f.detail}, {f.start:.0f}-{f.end:.0f} s.".replace(" ,", ",") for f in found]
     return out

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, at_levels
 from preprocess.ends import judge_ends
 from preprocess.kalman import smooth
 from preprocess.levels import Levels
@@ -74,7 +74,7 @@ def gate(
         aside = new
         if settled:
             break
-    variance = variances(assembled.stream, levels.sigma)
+    variance = at_levels(assembled, levels.sigma).variance
     aside = judge_ends(assembled, segments, aside, variance, scale, levels.q, prior, limit)
     return tuple(_with_good(s, k, assembled, aside) for k, s in enumerate(streams))
 
@@ -89,9 +89,8 @@ def _initially_aside(streams: tuple[Stream, ...], assembled: Assembled) -> BoolA
 
 def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior: FloatArray) -> FloatArray:
     """Length of the standardised difference between each sample and the smoother without it; (n,)."""
-    rows = assembled.rows
-    variance = variances(assembled.stream, levels.sigma)
-    used = replace(rows, order=np.where(aside, -1, rows.order), variance=variance)
+    rows = at_levels(assembled, levels.sigma)
+    used, variance = replace(rows, order=np.where(aside, -1, rows.order)), rows.variance
     out = smooth(used, levels.q, prior)
     at = np.arange(len(rows.t)), np.maximum(rows.order, 0)
     outside = rows.value - out.mean[at]

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from preprocess.chains import Segments, Stream, assemble, inside, variances
+from preprocess.chains import Segments, Stream, assemble, at_levels, inside
 from preprocess.commanded import fitted_intensity
+from preprocess.first_levels import first_guess
 from preprocess.kalman import Rows, cost
 from preprocess.levels import BLOCKS, MOST_ROWS
 from preprocess.offsets import LONGEST, WORST, ClockOffset, search
-from preprocess.smoother import ChainResult, first_guess
+from preprocess.smoother import ChainResult
 from preprocess.trial import FloatArray
 
 #: Samples of the yaw rate that are needed.
@@ -96,5 +97,4 @@ def least_error(heading: ChainResult, gyro: Stream, sigma: float) -> float:
 
 def _rows(streams: tuple[Stream, ...], sigma: FloatArray, segments: Segments) -> Rows:
     """Rows of an even drive: one that follows the inputs is itself a statement about time."""
-    assembled = assemble(streams, segments, np.empty(0))
-    return replace(assembled.rows, variance=variances(assembled.stream, sigma))
+    return at_levels(assemble(streams, segments, np.empty(0)), sigma)

@@ -1,4 +1,4 @@
-"""Which samples can be believed: receiver flags, repeated values, jumps; each with the reason kept."""
+"""Which samples can be believed: receiver flags, repeated values, saturation; each with the reason kept."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ import numpy as np
 from preprocess.raw import Raw
 from preprocess.rounding import resolution
 from preprocess.trial import BoolArray, FloatArray
+
+#: Quantities whose sensors have a range that they can leave.
+CLIPPED = ("yaw_rate", "velocity")
+#: A sensor at the end of its range shows the same value so many times running, so many times in all, and so many
+#: times more often than values within this share of its range beside it.
+RUN, PILE, PILED, BESIDE = 3, 6, 3.0, 0.03
 
 
 @dataclass(frozen=True)
@@ -37,10 +43,12 @@ def judge(raw: Raw) -> Judged:
     if raw.quantity == "heading":
         raw = replace(raw, value=robust_unwrap(raw.value))
     quantum = raw.quantum or resolution(raw.value)
-    again = repeated(raw.value, quantum) & ~raw.flagged
-    reasons = {"flagged": int(raw.flagged.sum()), "repeated": int(again.sum())}
-    good = ~(raw.flagged | again)
-    return Judged(raw, good, {k: n for k, n in reasons.items() if n}, quantum / np.sqrt(12.0))
+    clips = raw.quantity in CLIPPED
+    full = saturated(raw.value, quantum) & ~raw.flagged if clips else np.zeros(len(raw.t), dtype=bool)
+    again = repeated(raw.value, quantum) & ~raw.flagged & ~full
+    reasons = {"flagged": raw.flagged.sum(), "repeated": again.sum(), "saturated": full.sum()}
+    good = ~(raw.flagged | again | full)
+    return Judged(raw, good, {k: int(n) for k, n in reasons.items() if n}, quantum / np.sqrt(12.0))
 
 
 def robust_unwrap(angle: FloatArray) -> FloatArray:
@@ -75,3 +83,32 @@ def repeated(value: FloatArray, quantum: float) -> BoolArray:
     jump = np.abs(np.diff(flat[first], axis=0)).max(axis=1)
     around = np.maximum(np.r_[0.0, jump], np.r_[jump, 0.0])
     return np.asarray(same & (around[run] > 2.5 * quantum), bool)
+
+
+def saturated(value: FloatArray, quantum: float) -> BoolArray:
+    """Return samples at the end of a sensor's range, (n,) bool: the quantity went beyond, nobody knows how far.
+
+    There the very same value comes many times running, far more often than those just short of it; at the natural
+    extremes of a motion values near the greatest are as frequent as the greatest itself.
+    """
+    if len(value) < PILE:
+        return np.zeros(len(value), dtype=bool)
+    columns = value.reshape(len(value), -1).T
+    return np.asarray(np.any([_at_end(c, quantum) | _at_end(-c, quantum) for c in columns], axis=0), bool)
+
+
+def _at_end(x: FloatArray, quantum: float) -> BoolArray:
+    """Which samples are clipped at the greatest value; (n,) bool."""
+    end, span = float(x.max()), float(np.ptp(x))
+    at = x == end
+    edges = np.flatnonzero(np.diff(np.r_[False, at, False].astype(int)))
+    longest = int(np.diff(edges)[::2].max(initial=0))
+    near = int(((x < end) & (x > end - max(BESIDE * span, 5.5 * quantum))).sum())
+    clipped = (
+        end > 0.0
+        and span > 0.0
+        and longest >= RUN
+        and at.sum() >= max(PILE, PILED * near)
+        and at.mean() < 0.5
+    )
+    return at if clipped else np.zeros(len(x), dtype=bool)

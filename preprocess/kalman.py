@@ -1,10 +1,9 @@
 """Kalman filter and fixed-interval smoother of one chain (position, rate, acceleration) at uneven times.
 
 The chain is an integrated Wiener process: its third derivative is white noise of intensity ``q``. Between
-two rows it is discretised exactly (Bar-Shalom, Li and Kirubarajan 2001, eq. 6.2.3-7), so nothing is
-resampled and samples may be missing. The smoother is that of Bryson and Frazier in the form of de Jong
-(1989), which needs no inverse and gives the deletion residuals (de Jong and Penzer 1998) on the way. Cost
-is linear in the number of rows.
+two rows it is discretised exactly (``preprocess.wiener``), so nothing is resampled and samples may be
+missing. The smoother is that of Bryson and Frazier in the form of de Jong (1989), which needs no inverse and
+gives the deletion residuals (de Jong and Penzer 1998) on the way. Cost is linear in the number of rows.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from preprocess.trial import BoolArray, FloatArray
+from preprocess.wiener import back, disturbance, predict, update
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
@@ -75,30 +75,6 @@ class Smoothed:
 
 
 @njit(cache=True)
-def _predict(m, p, dt, q, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    b = 0.5 * dt * dt
-    for k in range(m.shape[1]):
-        m[0, k] += dt * m[1, k] + b * m[2, k]
-        m[1, k] += dt * m[2, k]
-    for j in range(3):
-        work[0, j] = p[0, j] + dt * p[1, j] + b * p[2, j]
-        work[1, j] = p[1, j] + dt * p[2, j]
-        work[2, j] = p[2, j]
-    for i in range(3):
-        p[i, 0] = work[i, 0] + dt * work[i, 1] + b * work[i, 2]
-        p[i, 1] = work[i, 1] + dt * work[i, 2]
-        p[i, 2] = work[i, 2]
-    d2, d3 = dt * dt, dt * dt * dt
-    p[0, 0] += q * d3 * d2 / 20.0
-    p[0, 1] += q * d2 * d2 / 8.0
-    p[0, 2] += q * d3 / 6.0
-    p[1, 1] += q * d3 / 3.0
-    p[1, 2] += q * d2 / 2.0
-    p[2, 2] += q * dt
-    p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]
-
-
-@njit(cache=True)
 def _restart(m, p, i, t, order, value, variance, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Begin a stretch at its first position and rate, sure of them to 100 standard deviations.
 
@@ -125,22 +101,6 @@ def _restart(m, p, i, t, order, value, variance, prior):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _update(m, p, o, value, variance, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    s = p[o, o] + variance
-    for j in range(3):
-        gain[j] = p[j, o] / s
-    for k in range(m.shape[1]):
-        e = value[k] - m[o, k]
-        for j in range(3):
-            m[j, k] += gain[j] * e
-    for i in range(3):
-        for j in range(i, 3):
-            p[i, j] -= gain[i] * gain[j] * s
-            p[j, i] = p[i, j]
-    return s
-
-
-@njit(cache=True)
 def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     m, p = np.zeros((3, value.shape[1])), np.zeros((3, 3))
     work, gain = np.zeros((3, 3)), np.zeros(3)
@@ -149,7 +109,7 @@ def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no
         if fresh[i]:
             _restart(m, p, i, t, order, value, variance, prior)
         else:
-            _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
+            predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         o = order[i]
         if o < 0:
             continue
@@ -161,7 +121,7 @@ def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no
         if not 1e-150 < product < 1e150:
             logs += np.log(product)
             product = 1.0
-        _update(m, p, o, value[i], variance[i], gain)
+        update(m, p, o, value[i], variance[i], gain)
     return squares + value.shape[1] * (logs + np.log(product))
 
 
@@ -173,14 +133,14 @@ def _forward(t, order, value, variance, fresh, scale, q, prior, means, covarianc
         if fresh[i]:
             _restart(m, p, i, t, order, value, variance, prior)
         else:
-            _predict(m, p, t[i] - t[i - 1], q * scale[i], work)
+            predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         for j in range(3):
             for k in range(m.shape[1]):
                 means[i, j, k] = m[j, k]
             for k in range(3):
                 covariances[i, j, k] = p[j, k]
         if order[i] >= 0:
-            _update(m, p, order[i], value[i], variance[i], gain)
+            update(m, p, order[i], value[i], variance[i], gain)
 
 
 @njit(cache=True)
@@ -208,22 +168,6 @@ def _absorb(o, p, value, m, variance, a, big, gain, c, u):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def _back(a, big, dt, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    b = 0.5 * dt * dt
-    for k in range(a.shape[1]):
-        a[2, k] += b * a[0, k] + dt * a[1, k]
-        a[1, k] += dt * a[0, k]
-    for j in range(3):
-        work[0, j] = big[0, j]
-        work[1, j] = dt * big[0, j] + big[1, j]
-        work[2, j] = b * big[0, j] + dt * big[1, j] + big[2, j]
-    for i in range(3):
-        big[i, 0] = work[i, 0]
-        big[i, 1] = dt * work[i, 0] + work[i, 1]
-        big[i, 2] = b * work[i, 0] + dt * work[i, 1] + work[i, 2]
-
-
-@njit(cache=True)
 def _correct(m, p, a, big, work):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Smoothed mean and covariance from the predicted ones, in place: m - P a, P - P Λ P."""
     for k in range(m.shape[1]):
@@ -239,21 +183,6 @@ def _correct(m, p, a, big, work):  # type: ignore[no-untyped-def]  # noqa: ANN00
         p[i, 0] -= w0 * p00 + w1 * p01 + w2 * p02
         p[i, 1] -= w0 * p01 + w1 * p11 + w2 * p12
         p[i, 2] -= w0 * p02 + w1 * p12 + w2 * p22
-
-
-@njit(cache=True)
-def _disturbance(a, big, dt, q):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """λ'Qλ and m tr(QΛ): what the disturbance of the interval was, and what was to be expected."""
-    d2, d3 = dt * dt, dt * dt * dt
-    q00, q01, q02 = q * d3 * d2 / 20.0, q * d2 * d2 / 8.0, q * d3 / 6.0
-    q11, q12, q22 = q * d3 / 3.0, q * d2 / 2.0, q * dt
-    found = 0.0
-    for k in range(a.shape[1]):
-        x, y, z = a[0, k], a[1, k], a[2, k]
-        found += q00 * x * x + q11 * y * y + q22 * z * z + 2.0 * (q01 * x * y + q02 * x * z + q12 * y * z)
-    trace = q00 * big[0, 0] + q11 * big[1, 1] + q22 * big[2, 2]
-    trace += 2.0 * (q01 * big[0, 1] + q02 * big[0, 2] + q12 * big[1, 2])
-    return found, trace * a.shape[1]
 
 
 @njit(cache=True)
@@ -273,8 +202,8 @@ def _backward(t, order, value, variance, fresh, scale, q, means, covariances, de
             big[:] = 0.0
         else:
             dt = t[i] - t[i - 1]
-            sizes[1, i], sizes[2, i] = _disturbance(a, big, dt, q * scale[i])
-            _back(a, big, dt, work)
+            sizes[1, i], sizes[2, i] = disturbance(a, big, dt, q * scale[i])
+            back(a, big, dt, work)
 
 
 def cost(rows: Rows, q: float, prior: FloatArray) -> float:

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from preprocess.chains import Segments, Stream, assemble, variances
+from preprocess.chains import Segments, Stream, assemble, at_levels
 from preprocess.commanded import fitted_cost
+from preprocess.first_levels import first_guess
 from preprocess.levels import Levels, thin_out
-from preprocess.smoother import ChainResult, first_guess
+from preprocess.smoother import ChainResult
 from preprocess.trial import FloatArray
 
 #: Rows on which a chain with and without the known motion is compared, at most.
@@ -52,5 +53,5 @@ def explains(streams: tuple[Stream, ...], known: KnownMotion, levels: Levels, se
 
 def _cost(streams: tuple[Stream, ...], levels: Levels, segments: Segments) -> float:
     assembled = assemble(streams, segments, np.empty(0))
-    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    rows = at_levels(assembled, levels.sigma)
     return fitted_cost(thin_out(rows, assembled.stream, MOST_ROWS)[0], levels.q, first_guess(streams)[1])

@@ -56,6 +56,7 @@ def estimate_levels(
     known: FloatArray,
     least: FloatArray,
     near: bool = False,
+    most: FloatArray | None = None,
 ) -> Levels:
     """Maximum-likelihood noise levels of a chain.
 
@@ -75,16 +76,19 @@ def estimate_levels(
         Standard deviations below which the estimates may not go.
     near : bool
         The first guess is an estimate already: the search begins in small steps.
+    most : (g,), optional
+        Standard deviations above which the estimates may not go.
     """
     from scipy.optimize import minimize
 
     thin, which = thin_out(rows, group)
     free = np.flatnonzero(~np.isfinite(known))
+    upper = np.full(len(known), np.inf) if most is None else np.maximum(most, least)
     count = 0
 
     def levels_of(x: FloatArray) -> tuple[float, FloatArray]:
         sigma = np.where(np.isfinite(known), known, 0.0)
-        sigma[free] = np.maximum(np.exp(np.clip(x[1:], -34.0, 34.0)), least[free])
+        sigma[free] = np.clip(np.exp(np.clip(x[1:], -34.0, 34.0)), least[free], upper[free])
         return float(np.exp(np.clip(x[0], -80.0, 60.0))), sigma
 
     def objective(x: FloatArray) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from ingest.detect import quality_mask
+from ingest.detect import dilution, quality_mask, stated_sigma
 from ingest.log import Log, Source
 from ingest.units import factor_to_si
 from preprocess import frames
@@ -36,6 +36,8 @@ class Raw:
         Latitude and longitude; velocity along body axes; wind relative to the vessel (speed, direction from).
     quantum : float
         Step to which the values were rounded, SI; 0 where none shows.
+    stated : (n,), optional
+        Standard deviation that the sensor itself states of each sample, SI, or its dilution; NaN where it does not.
     """
 
     quantity: str
@@ -47,9 +49,10 @@ class Raw:
     body: bool = False
     relative: bool = False
     quantum: float = 0.0
+    stated: FloatArray | None = None
 
 
-def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) -> Raw:
+def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel, accuracy: bool = False) -> Raw:
     """Return samples of a source in SI units.
 
     Parameters
@@ -60,14 +63,30 @@ def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel) ->
         Its ``offset`` (logged less true, SI unit) and ``latency`` (s) are taken off.
     vessel : Vessel
         For the magnetic variation.
+    accuracy : bool
+        Take what the sensor states of its samples' accuracy too.
     """
     rows = rows_of(log, source.topic, source.device, f"sensors.{source.quantity}", source.name)
     rows = rows_where(rows, source.options)
     columns = {k: _field(rows, source.topic, f) for k, f in source.fields.items()}
     t = np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float) - (sensor.latency if sensor else 0.0)
     flagged = ~quality_mask(source.options, rows)
-    raw = _CONVERT[source.quantity](Raw(source.quantity, t, np.empty(0), flagged, source), columns, rows)
+    stated = stated_accuracy(source, rows) if accuracy else None
+    raw = Raw(source.quantity, t, np.empty(0), flagged, source, stated=stated)
+    raw = _CONVERT[source.quantity](raw, columns, rows)
     return _corrected(raw, sensor, vessel)
+
+
+def stated_accuracy(source: Source, rows: pd.DataFrame) -> FloatArray | None:
+    """What a source states of each sample: its standard deviation, SI, else its dilution; (n,), None without."""
+    sigma = stated_sigma(source.options, rows)
+    return dilution(source.options, rows) if sigma is None or not np.isfinite(sigma).any() else sigma
+
+
+def kept(raw: Raw, keep: BoolArray) -> Raw:
+    """Only some of the samples."""
+    stated = None if raw.stated is None else raw.stated[keep]
+    return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep], stated=stated)
 
 
 def _field(rows: pd.DataFrame, topic: str, field: str) -> FloatArray:
@@ -178,4 +197,4 @@ def strictly_increasing(raw: Raw) -> Raw:
     first = np.ones(len(t), dtype=bool)
     first[1:] = np.diff(np.maximum.accumulate(t)) > 0 if len(t) else False
     keep[np.flatnonzero(finite)] = first
-    return replace(raw, t=raw.t[keep], value=raw.value[keep], flagged=raw.flagged[keep])
+    return kept(raw, keep)

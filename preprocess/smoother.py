@@ -14,26 +14,23 @@ import numpy as np
 import pandas as pd
 
 from preprocess import frames
-from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, variances
+from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, at_levels
 from preprocess.commanded import commanded_drive
 from preprocess.drive import find_drive
+from preprocess.first_levels import bounds_of, chain_levels, first_guess
 from preprocess.gate import gate, truncation
 from preprocess.kalman import smooth
-from preprocess.levels import Levels, estimate_levels
+from preprocess.levels import Levels
 from preprocess.outliers import sliding_three_sigma
 from preprocess.trial import FloatArray, Measurement
 from preprocess.wander_kalman import Wander
 
-#: No sensor is better than this, in SI units: a micrometre, a microradian.
-LEAST_NOISE = 1e-6
 #: Rounds of estimating noise levels and setting outliers aside.
 ROUNDS = 4
 #: Multiple of the local spread beyond which a sample is not even used for the first estimate.
 GROSS = 6.0
 #: Share of samples whose verdict may still change when the rounds end.
 NEGLIGIBLE = 5e-4
-#: Share of the noise that a sensor shows alone which it keeps at least.
-OWN_SHARE = 0.5
 COLUMNS = ("x", "y", "psi", "u", "v", "r", "du", "dv", "dr")
 
 
@@ -54,64 +51,6 @@ class ChainResult:
     wander: Wander | None = None
 
 
-def rough_scale(stream: Stream) -> tuple[float, float]:
-    """Robust standard deviation of second differences and typical rate of a stream, for first guesses."""
-    v, t = stream.value[stream.good], stream.t[stream.good]
-    if len(t) < 4:
-        return 1.0, 1.0
-    second = v[2:] - 2.0 * v[1:-1] + v[:-2]
-    noise = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0)
-    span = v[3:] - v[:-3]
-    rate = float(np.percentile(np.abs(span) / (t[3:] - t[:-3])[:, None], 90.0))
-    return max(noise, 1e-9), max(rate, 1e-6)
-
-
-def first_guess(streams: tuple[Stream, ...]) -> tuple[Levels, FloatArray]:
-    """Levels to start the search from, and the prior variances of a stretch."""
-    scales = [rough_scale(s) for s in streams]
-    rate = max(r for s, (_, r) in zip(streams, scales, strict=True) if s.order == 0)
-    sigma = np.array([max(n, s.floor) for s, (n, _) in zip(streams, scales, strict=True)])
-    given = np.array([s.sigma for s in streams])
-    prior = np.array(
-        [1e4 * (rate + 10.0 * sigma[0]) ** 2, 100.0 * (rate + sigma[0]) ** 2, 100.0 * (rate + sigma[0]) ** 2]
-    )
-    return Levels((0.1 * rate + 1e-6) ** 2, np.where(np.isfinite(given), given, sigma)), prior
-
-
-def chain_levels(
-    streams: tuple[Stream, ...],
-    assembled: Assembled,
-    start: Levels,
-    prior: FloatArray,
-    least: FloatArray,
-    near: bool = False,
-) -> Levels:
-    """Estimate the levels that are not given, not below ``least``; ``near``: the start is an estimate already."""
-    known = np.array([s.sigma for s in streams])
-    return estimate_levels(assembled.rows, assembled.stream, start, prior, known, least, near)
-
-
-def own_noise(stream: Stream, segments: Segments) -> float:
-    """Noise that a sensor shows by itself, without the others: a bound on what all together may claim."""
-    alone = (replace(stream, order=0),)
-    start, prior = first_guess(alone)
-    levels = chain_levels(alone, assemble(alone, segments, np.empty(0)), start, prior, np.zeros(1))
-    return float(levels.sigma[0])
-
-
-def least_noise(streams: tuple[Stream, ...], segments: Segments) -> FloatArray:
-    """Return the least standard deviations: of rounding, and a part of what each sensor shows alone.
-
-    Two sensors that contradict each other slowly (a gyro and a compass) could otherwise be reconciled by
-    following one of them exactly.
-    """
-    floors = np.maximum([s.floor for s in streams], LEAST_NOISE)
-    if len(streams) == 1:
-        return floors
-    own = np.array([own_noise(s, segments) for s in streams])
-    return np.asarray(np.maximum(floors, OWN_SHARE * own), float)
-
-
 def clean_and_level(
     streams: tuple[Stream, ...], segments: Segments, inputs: Mapping[str, Measurement], rounds: int = ROUNDS
 ) -> tuple[tuple[Stream, ...], Levels, FloatArray, Drive | None]:
@@ -124,15 +63,15 @@ def clean_and_level(
     if rounds:
         streams = tuple(without_jumps(s) for s in streams)
     levels, prior = first_guess(streams)
-    cut, least = truncation(streams[0].value.shape[1]), least_noise(streams, segments)
+    cut, bounds = truncation(streams[0].value.shape[1]), bounds_of(streams, segments)
     drive: Drive | None = None
     for k in range(rounds or 2):
         assembled = assemble(streams, segments, np.empty(0), drive)
-        levels = chain_levels(streams, assembled, levels, prior, least, near=k > 1)
+        levels = chain_levels(streams, assembled, levels, prior, bounds, near=k > 1)
         if k < 2:
             drive = find_any_drive(streams, segments, inputs, levels, prior, drive, late=k == 1)
             assembled = assemble(streams, segments, np.empty(0), drive)
-            levels = chain_levels(streams, assembled, levels, prior, least)
+            levels = chain_levels(streams, assembled, levels, prior, bounds)
         if not rounds:
             continue
         cleaned = gate(streams, segments, levels, prior, drive)
@@ -203,7 +142,7 @@ def smooth_chain(
         guess, prior = first_guess(streams)
         levels, drive = replace(guess, q=q), None
     assembled = assemble(streams, segments, wanted, drive)
-    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    rows = at_levels(assembled, levels.sigma)
     smoothed = smooth(rows, levels.q, prior)
     mean, covariance = at_times(assembled, smoothed.mean, smoothed.covariance, wanted)
     return ChainResult(wanted, mean, covariance, levels, streams, drive)
@@ -237,7 +176,9 @@ def to_earth(stream: Stream, heading: ChainResult) -> Stream:
     """Body velocities turned to north and east by the smoothed heading."""
     at = np.clip(np.searchsorted(heading.t, stream.t), 0, len(heading.t) - 1)
     psi = heading.mean[at, 0, 0]
-    return replace(stream, value=frames.body_to_earth(stream.value, psi), good=stream.good & np.isfinite(psi))
+    known = np.isfinite(psi)
+    value = frames.body_to_earth(stream.value, np.nan_to_num(psi))
+    return replace(stream, value=value, good=stream.good & known, candidate=stream.candidate & known)
 
 
 def states(track: ChainResult, heading: ChainResult) -> pd.DataFrame:

@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from preprocess.chains import Segments, assemble, variances
+from preprocess.chains import Segments, assemble, at_levels, variances
+from preprocess.first_levels import first_guess
 from preprocess.kalman import IntArray, Rows
 from preprocess.levels import Levels, thin_out
-from preprocess.smoother import ChainResult, at_times, first_guess
+from preprocess.smoother import ChainResult, at_times
 from preprocess.trial import FloatArray
 from preprocess.wander_kalman import Wander, smooth_with_wander, wander_cost
 
@@ -46,7 +47,7 @@ def allow_for_wander(track: ChainResult, segments: Segments) -> ChainResult:
         return track
     levels, wander = found
     assembled = assemble(track.streams, segments, track.t, track.drive)
-    rows = replace(assembled.rows, variance=variances(assembled.stream, levels.sigma))
+    rows = at_levels(assembled, levels.sigma)
     mean, covariance = smooth_with_wander(rows, levels.q, prior, wander)
     at = at_times(assembled, mean[:, :3], covariance[:, :3, :3], track.t)
     return replace(track, mean=at[0], covariance=at[1], levels=levels, wander=wander)

@@ -14,6 +14,7 @@ from numba import njit
 
 from preprocess.kalman import Rows
 from preprocess.trial import FloatArray
+from preprocess.wiener import add_noise
 
 
 @dataclass(frozen=True)
@@ -34,15 +35,8 @@ def _advance(m, p, f, dt, q, keep, gust, work):  # type: ignore[no-untyped-def] 
         m[1, k] += dt * m[2, k]
         m[3, k] *= keep
     _sandwich(f, p, work)
-    d2, d3 = dt * dt, dt * dt * dt
-    p[0, 0] += q * d3 * d2 / 20.0
-    p[0, 1] += q * d2 * d2 / 8.0
-    p[0, 2] += q * d3 / 6.0
-    p[1, 1] += q * d3 / 3.0
-    p[1, 2] += q * d2 / 2.0
-    p[2, 2] += q * dt
+    add_noise(p, q, dt)
     p[3, 3] += gust
-    p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]
 
 
 @njit(cache=True)

@@ -1,0 +1,118 @@
+"""What sensors are and where they sit: saturation, arms, magnetic heading, latency, course; clocks of inputs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from preprocess_samples import Imperfect, sampled, table, truth_of
+
+from ingest.log import Log, Source
+from preprocess.judge import saturated
+from preprocess.run_of_log import LoggedRun
+from preprocess.trials import make_trials
+from preprocess.vessel import Sensor
+
+PLAIN = {
+    "position": Imperfect(5.0, 0.02),
+    "heading": Imperfect(10.0, 0.005),
+    "yaw_rate": Imperfect(20.0, 0.003),
+}
+
+
+def trial_of(made, log=None, vessel=None, sensors=None):
+    run = LoggedRun("a", log or made.log, "identify")
+    return make_trials([run], vessel or made.vessel, made.inputs, sensors or made.sensors)[0]
+
+
+def with_table(made, name, frame, **options):
+    """The log with another table for a quantity, recognised by a source with these options."""
+    source = Source(name, name, {"value": "value"}, "rad", None, 50.0, options)
+    return replace(made.log, sources=(source,), tables={**made.log.tables, name: frame})
+
+
+def off(trial, truth, name):
+    s = trial.states
+    inside = (s["t"] > 3.0) & (s["t"] < truth.t[-1] - 3.0)
+    return (s[name] - np.interp(s["t"], truth.t, getattr(truth, name)))[inside].to_numpy()
+
+
+def test_a_gyro_at_the_end_of_its_range_is_not_believed():
+    truth = truth_of("usv", "zigzag", 80.0)
+    made = sampled(truth, **PLAIN)
+    limit = 0.7 * np.abs(truth.r).max()
+    gyro = made.log.tables["yaw_rate"]
+    clipped = replace(made.log, tables={**made.log.tables, "yaw_rate": gyro.clip(-limit, limit)})
+    trial = trial_of(made, clipped)
+    beyond = (gyro["value"].abs() >= limit).sum()
+    assert trial.measurements["yaw_rate"].reasons["saturated"] == beyond > 20
+    assert np.abs(trial.states["r"]).max() > 1.2 * limit
+    assert np.sqrt(np.mean(off(trial, truth, "r") ** 2)) < 0.012
+
+
+@given(st.integers(0, 1000), st.sampled_from([0.0, 1e-3, 1e-2]))
+@settings(max_examples=40, deadline=None)
+def test_natural_extremes_are_no_saturation(seed, quantum):
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 60.0, 0.1)
+    x = 0.3 * np.sin(rng.uniform(0.1, 1.0) * t) + rng.normal(0.0, 0.003, len(t))
+    x = np.round(x / quantum) * quantum if quantum else x
+    assert not saturated(x, quantum).any()
+
+
+def test_a_velocity_along_the_hull_is_moved_from_where_its_sensor_sits():
+    truth, arm = truth_of("usv", "zigzag", 60.0), (1.2, -0.4)
+    made = sampled(truth, **PLAIN)
+    t = np.arange(0.0, 60.0, 0.2)
+    u, v, r = (np.interp(t, truth.t, getattr(truth, k)) for k in ("u", "v", "r"))
+    noise = np.random.default_rng(1).normal(0.0, 0.01, (2, len(t)))
+    value = np.column_stack([u - arm[1] * r + noise[0], v + arm[0] * r + noise[1]])
+    log = replace(made.log, tables={**made.log.tables, "dvl": table(t, ["f", "s"], value)})
+    sensors = {
+        **made.sensors,
+        "velocity": Sensor("velocity", {"forward": "dvl.f", "starboard": "dvl.s"}, "m/s"),
+    }
+    trial = trial_of(made, log, replace(made.vessel, imu=arm), sensors)
+    wrong = trial_of(made, log, made.vessel, sensors)
+    assert np.abs(off(trial, truth, "v")).mean() < 0.006
+    assert np.abs(off(wrong, truth, "v")).mean() > 0.02
+
+
+def test_a_magnetic_heading_gets_the_variation_and_a_true_one_does_not():
+    truth, variation = truth_of("usv", "zigzag", 30.0), np.radians(7.0)
+    made = sampled(truth, **PLAIN)
+    vessel = replace(made.vessel, magnetic_variation=variation)
+    sensors = {k: v for k, v in made.sensors.items() if k != "heading"}
+    frame = made.log.tables["heading"] - variation
+    magnetic = trial_of(made, with_table(made, "heading", frame, magnetic=True), vessel, sensors)
+    true = trial_of(made, with_table(made, "heading", frame), vessel, sensors)
+    assert np.mean(off(magnetic, truth, "psi")) == pytest.approx(0.0, abs=0.005)
+    assert np.mean(off(true, truth, "psi")) == pytest.approx(-variation, abs=0.005)
+
+
+def test_the_latency_of_each_sensor_is_its_own():
+    truth, late = truth_of("usv", "zigzag", 60.0), {"position": 0.4, "heading": 0.0, "yaw_rate": 0.25}
+    made = sampled(truth, **{k: replace(v, delay=late[k]) for k, v in PLAIN.items()})
+    sensors = {k: replace(s, latency=late[k]) for k, s in made.sensors.items()}
+    trial = trial_of(made, sensors=sensors)
+    for name, sigma in (("u", 0.03), ("v", 0.03), ("r", 0.006)):
+        assert np.sqrt(np.mean(off(trial, truth, name) ** 2)) < sigma, name
+    assert not [f for f in trial.findings if "stamps" in f]
+
+
+def test_a_course_over_ground_is_a_velocity_and_no_heading():
+    truth = truth_of("usv", "zigzag", 60.0)
+    made = sampled(truth, **PLAIN)
+    t = np.arange(0.0, 60.0, 0.2)
+    u, v, psi = (np.interp(t, truth.t, getattr(truth, k)) for k in ("u", "v", "psi"))
+    value = np.column_stack([np.hypot(u, v), np.degrees(psi + np.arctan2(v, u)) % 360.0])
+    frame = table(t, ["speed", "course"], value)
+    source = Source("velocity", "vtg", {"speed": "speed", "course": "course"}, "deg", None, 50.0, {})
+    log = Log(Path("a"), "made", {**made.log.tables, "vtg": frame}, sources=(source,))
+    trial = trial_of(made, log)
+    drift = np.arctan2(trial.states["v"], trial.states["u"])
+    assert np.abs(drift).max() > np.radians(4.0)  # heading and course differ, and stay apart
+    assert trial.measurements["velocity"].sigma < 0.02
+    assert np.abs(off(trial, truth, "psi")).max() < 0.02
