@@ -14,63 +14,19 @@ from __future__ import annotations
 
 import argparse
 import math
-import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.online_streams import SUITE, recorded, sailed, turned, vessel_for, written
-from fixtures.effects import Effect, World
+from benchmarks.online_changes import KINDS, Noticed, change
+from benchmarks.online_runs import CALM, FLEET, identified, offline, stream
 from fixtures.sensors import Sensor, Suite
-from fixtures.vessels import Vessel
-from identify.base_fit import fit_from_scratch, prepare_best
-from identify.report_fit import covariance_of
-from ingest import read_log
-from ingest.log import Log
-from preprocess.trials import make_trials
-from seatrial.campaign import Campaign, load_campaign
 from seatrial.online.identifier import Identifier
 from seatrial.online.recorded import batches
-from seatrial.online.updates import ERRORS, Note, Reading, Update
-from seatrial.pipeline import runs_of
-
-#: Vessels, and the format that their logs are written in.
-FLEET = (("usv", "nmea0183"), ("catamaran", "dataflash"))
-CALM = World()
-#: Length of the batches in which a log is replayed where only the outcome counts, s.
-BATCH_S = 1.0
-
-
-def stream(
-    vessel: str,
-    form: str,
-    changes: list[tuple[float, World]],
-    seconds: float,
-    seed: int,
-    suite: Suite = SUITE,
-) -> tuple[Campaign, Log]:
-    """A campaign with the log of one run."""
-    truth = sailed(vessel_for(vessel, form), changes, seconds, seed)
-    with tempfile.TemporaryDirectory() as name:
-        path = written(Path(name), recorded(truth, seed, suite), form)
-        campaign = load_campaign(path)
-        return campaign, read_log(campaign.logs[0].file)
-
-
-def identified(campaign: Campaign, log: Log, until: float = math.inf) -> tuple[Identifier, list[Update]]:
-    """The log through the on-line identification, up to a time; what is due goes by its time, not by the batches."""
-    identifier, updates = Identifier(campaign), list[Update]()
-    for tables in batches(log, BATCH_S):
-        if min(int(t.index[0]) for t in tables.tables.values()) * 1e-9 > until:
-            break
-        updates += identifier.feed("log", tables)
-    updates += identifier.finish()
-    return identifier, updates
-
+from seatrial.online.updates import Note
 
 # --- accuracy ---------------------------------------------------------------------------------------------
 
@@ -85,17 +41,6 @@ class Accuracy:
     on: tuple[float, float, float]
     agreement: float
     worst: float
-
-
-def offline(campaign: Campaign, log: Log, until: float) -> tuple[dict[str, float], np.ndarray, list[str]]:
-    """Parameters of the off-line fit to the first seconds, their covariance, and their names."""
-    entry = replace(campaign.logs[0], slice=(0.0, until), role="identify")
-    runs = runs_of(replace(campaign, logs=(entry,)), [log])
-    trials = make_trials(runs, campaign.vessel, campaign.inputs, {s.quantity: s for s in campaign.sensors})
-    prepared = prepare_best(list(trials), campaign.model)
-    fitted = fit_from_scratch(prepared.structure, prepared.identify)
-    names = [s.name for s in fitted.solution.structure.slots]
-    return dict(zip(names, fitted.solution.p, strict=True)), covariance_of(fitted), names
 
 
 def accuracy(task: tuple[str, str, int, float]) -> Accuracy:
@@ -137,95 +82,6 @@ def quiet(task: tuple[str, str, int, float]) -> tuple[float, list[str]]:
     return seconds, [
         f"{vessel} {seed}: {u.t:.0f} s {u.text}" for u in updates if isinstance(u, Note) and u.warning
     ]
-
-
-# --- changes ----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Kind:
-    """Something that sets in: what came before, what comes, and the name that is right."""
-
-    name: str
-    before: World
-    after: Callable[[Vessel, float], World]
-    sizes: tuple[float, ...]
-    right: str
-
-
-def _load(vessel: Vessel, size: float) -> World:
-    del vessel
-    return World((Effect("mass_change", {"ratio": 1.0 + size}),))
-
-
-def _lost(vessel: Vessel, size: float) -> World:
-    first = next(a.name for a in vessel.actuators if a.kind in ("propeller", "thruster"))
-    return World((Effect("thrust_asymmetry", {"ratio": 1.0 - size}, first),))
-
-
-def _current(vessel: Vessel, size: float) -> World:
-    return turned(size * vessel.speed, 120.0)
-
-
-def _offset(vessel: Vessel, size: float) -> World:
-    actuator = next((a for a in vessel.actuators if a.kind == "rudder"), vessel.actuators[0])
-    return World((Effect("actuator_offset", {"offset": size * actuator.limit}, actuator.name),))
-
-
-def _weed(vessel: Vessel, size: float) -> World:
-    drag = size * abs(vessel.speed) / vessel.time_scale
-    return World(
-        (Effect("wash", {"every": 12.0, "lasting": 1.5, "u": drag, "v": drag, "r": drag / vessel.length}),)
-    )
-
-
-KINDS = (
-    Kind("current sets in", CALM, _current, (0.02, 0.05, 0.15), "current"),
-    Kind("propeller fouled", CALM, _lost, (0.04, 0.1, 0.4), "thrust_asymmetry"),
-    Kind("load taken aboard", CALM, _load, (0.05, 0.12, 0.3), "mass_change"),
-    Kind("actuator off its zero", CALM, _offset, (0.01, 0.03, 0.1), "actuator_offset"),
-    Kind("wash of others (no effect)", CALM, _weed, (0.05, 0.15, 0.4), ""),
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Noticed:
-    """One change: by how much the ten-second errors rose, after how long it was noticed, what it was called."""
-
-    kind: str
-    vessel: str
-    size: float
-    ratio: float
-    delay: float
-    named: tuple[str, ...]
-    right: bool
-    early: int
-
-
-def change(task: tuple[int, str, str, float, int, float, float]) -> Noticed:
-    """One stream with a change."""
-    number, vessel, form, size, seed, at, seconds = task
-    kind = KINDS[number]
-    world = kind.after(vessel_for(vessel, form), size)
-    campaign, log = stream(vessel, form, [(0.0, kind.before), (at, world)], at + seconds, seed)
-    identifier, updates = identified(campaign, log)
-    errors = [
-        (u.t, u.values["ten_seconds_distance"])
-        for u in updates
-        if isinstance(u, Reading) and u.topic == ERRORS
-    ]
-    t, e = np.array(errors).T
-    before, after = (t > 60.0) & (t < at), (t > at + 10.0) & (t < at + 70.0)
-    ratio = float(np.sqrt(np.nanmean(e[after] ** 2) / np.nanmean(e[before] ** 2)))
-    warnings = [u.t for u in updates if isinstance(u, Note) and "stopped fitting" in u.text]
-    delay = next((w - at for w in warnings if w > at), math.inf)
-    assert identifier.estimator is not None
-    late = [c for c in identifier.estimator.changes if c.told > at]
-    suspicion = late[0].suspicion if late else None
-    named = tuple(s.label for s in suspicion.named) if suspicion else ()
-    first = {n.split(" ")[0] for n in named}
-    right = (kind.right in first) if kind.right else bool(late) and not named
-    return Noticed(kind.name, vessel, size, ratio, delay, named, right, sum(w <= at for w in warnings))
 
 
 # --- speed ------------------------------------------------------------------------------------------------

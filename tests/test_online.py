@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from capture_samples import SCRIPT, capturing, ended, lines_until
 
-from benchmarks.bench_online import identified, offline
+from benchmarks.online_runs import identified, offline
 from benchmarks.online_streams import as_port, recorded, sailed, turned, vessel_for, written
 from fixtures.effects import Effect, World
 from fixtures.sensors import Sensor, Suite
