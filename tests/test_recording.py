@@ -208,9 +208,36 @@ def test_without_effects_there_is_no_before(tmp_path):
     assert entities.prediction(NAME, "u", "after") in chunks
 
 
-def test_the_recording_is_sound_and_repeatable(file, results, rerun, tmp_path):
-    again, other = tmp_path / "again.rrd", tmp_path / "other.rrd"
+def with_gaps(results):
+    """The same with nothing known of one channel for a while, as across a gap."""
+    name = f"logs/{NAME}"
+    table, trial = results.predictions[name].copy(), results.trials[0]
+    hole = table["t"].between(4.0, 6.0) | (table["t"] < 0.5)
+    columns = ["u", "u_before", "u_after", "x", "x_after"]
+    table.loc[hole, columns] = np.nan
+    states = trial.states.copy()
+    states.loc[hole, ["u", "x", "sigma_u"]] = np.nan
+    pieces = replace(trial, states=states)
+    return replace(
+        results, predictions={**results.predictions, name: table}, trials=(pieces, *results.trials[1:])
+    )
+
+
+def test_a_gap_is_a_row_without_a_value(results, tmp_path):
+    gappy = with_gaps(results)
+    write_recording(gappy, tmp_path / "x.rrd")
+    chunks, table = read(tmp_path / "x.rrd"), gappy.predictions[f"logs/{NAME}"]
+    path = entities.prediction(NAME, "u", "after")
+    found = column(chunks, path, "scalars")
+    np.testing.assert_array_equal(found, table["u_after"].dropna())
+    assert sum(c.num_rows for c in moving(chunks, path)) == len(table)
+
+
+def test_the_recording_is_sound_and_repeatable(results, rerun, tmp_path):
+    results = with_gaps(results)
+    file, again, other = (tmp_path / f"{name}.rrd" for name in ("file", "again", "other"))
     later = {"ingest": 99.0, "total": 123.0}
+    write_recording(results, file)
     write_recording(replace(results, timing_s=later), again)
     table = results.predictions[f"logs/{NAME}"].assign(u_after=0.0)
     write_recording(replace(results, predictions={**results.predictions, f"logs/{NAME}": table}), other)

@@ -49,7 +49,7 @@ class Look:
 def send_series(
     rec: rr.RecordingStream, path: str, clock: Clock, t: FloatArray, value: FloatArray, look: Look
 ) -> None:
-    """One series: finite samples only for points; for lines NaN breaks the line.
+    """One series: finite samples only for points; what is not finite breaks a line.
 
     Parameters
     ----------
@@ -68,10 +68,16 @@ def send_series(
 
 
 def send_scalars(rec: rr.RecordingStream, path: str, clock: Clock, t: FloatArray, value: FloatArray) -> None:
-    """The samples themselves, thinned to their extremes, in chunks."""
+    """The samples themselves, thinned to their extremes, in chunks; a gap is a row without a value.
+
+    A row with NaN would break the line as well, but no two recordings with NaN in them compare equal.
+    """
     rows = extremes(value, clock.most)
     for part in chunks(rows):
-        columns = rr.Scalars.columns(scalars=value[part])
+        known = np.isfinite(value[part])
+        columns = rr.Scalars.columns(scalars=value[part][known])
+        if not known.all():
+            columns = columns.partition(known.astype(np.int64))
         rec.send_columns(path, indexes=clock.columns(t[part]), columns=columns)
 
 
