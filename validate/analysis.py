@@ -8,7 +8,7 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import FAR, Fitted, fit_far_from_noise, prepare_best
+from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs, prepare_best
 from identify.effect import Active
 from identify.fit import Fit
 from identify.fit_with import fit_with
@@ -91,12 +91,17 @@ def analyse(
         runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
         scored[1] = validation(prepared.structure, stretches, runs[1])
     waves = find_waves(after) if loop and after.chi2_per_dof < TOO_FAR_FOR_WAVES else None
+    windowed = after
+    if _windowed(estimator, optimiser):
+        declared, after, outcome = _finished(declared, after, outcome)
+        runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
+        scored = [validation(prepared.structure, stretches, r) for r in runs]
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
     ]
     progress("validate", "what is left", 0.8)
-    diagnosis = diagnose(prepared, outcome, after, waves, materiality) if outcome else None
+    diagnosis = diagnose(prepared, outcome, windowed, waves, materiality) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
     progress("validate", "", 1.0)
@@ -128,6 +133,17 @@ def _identify(
     outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
+
+
+def _finished(
+    declared: Fitted, after: Fitted, outcome: Outcome | None
+) -> tuple[Fitted, Fitted, Outcome | None]:
+    """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data."""
+    whole = over_whole_logs(declared)
+    if outcome is None or after is not outcome.fitted:
+        return whole, whole if after is declared else over_whole_logs(after), outcome
+    found = over_whole_logs(after)
+    return whole, found, replace(outcome, fitted=found)
 
 
 def _windowed(estimator: str, optimiser: str) -> bool:
