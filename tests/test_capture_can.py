@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import struct
 import threading
 import time
 from pathlib import Path
 
 import can
 import numpy as np
+import pandas as pd
 import pytest
 from capture_samples import capturing, ended, raw_bytes
 
@@ -109,6 +111,25 @@ def test_an_interface_is_captured_from_its_frames_to_the_log(tmp_path):
     log = read_log(out)
     assert len(log.tables["vesselHeading"]) == 50
     assert {s.quantity for s in log.sources} >= {"heading"}
+
+
+def test_two_engines_of_one_device_stay_apart_though_their_records_come_alone():
+    def engine(i: int, number: int) -> bytes:
+        payload = struct.pack("<BHHb2x", number, 4 * (600 + 10 * i + 500 * number), 0xFFFF, 0x7F)
+        return b"T09F20011" + b"8" + payload.hex().upper().encode() + b"\r"
+
+    decoder, tables, sources = SlcanDecoder(), {}, ()
+    for i in range(40):
+        found = decoder.feed([(10**9 + i * 10**8, engine(i, i % 2))])
+        sources = found.sources
+        for topic, table in found.tables.items():
+            tables.setdefault(topic, []).append(table)
+    joined = {t: pd.concat(parts) for t, parts in tables.items()}
+    name = "engineParametersRapidUpdate"
+    assert set(joined) == {name, f"{name}[0]", f"{name}[1]"}
+    np.testing.assert_allclose(joined[f"{name}[1]"]["speed"], 1100 + 10 * np.arange(1, 40, 2))
+    assert len(joined[f"{name}[0]"]) == 19  # all but the first: then there was only one
+    assert {s.topic for s in sources if s.quantity == "propeller"} == {f"{name}[0]", f"{name}[1]"}
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,7 @@ class SlcanDecoder:
 
         self._buffer = PieceBuffer()
         self._known = Recognised(sources)
+        self._instances = Instances()
         self._waiting: Frames | None = None
 
     def feed(self, pieces: Sequence[tuple[int, bytes]]) -> Tables:
@@ -53,7 +55,42 @@ class SlcanDecoder:
             found = decoded(Capture(ready, {}, (), 0, "utc"), ReadOptions())
         except ValueError:
             return Tables()
-        return Tables(found.tables, found.units)
+        return self._instances.apart(Tables(found.tables, found.units))
+
+
+@dataclass
+class Instances:
+    """Rudders and engines of a device that has several: a table of each, as in a log, though a batch may hold but one.
+
+    Attributes
+    ----------
+    seen : dict of (topic, device) to set of int
+        Instances that have reported a value.
+    """
+
+    seen: dict[tuple[str, int], set[int]] = field(default_factory=dict)
+
+    def apart(self, tables: Tables) -> Tables:
+        """The tables, and ``topic[k]`` for each instance k in them where a device has several."""
+        from ingest.canbus.sources import ACTUATORS, valued
+        from ingest.log import SOURCE
+
+        found, units = dict(tables.tables), dict(tables.units)
+        for rule in ACTUATORS:
+            table = tables.tables.get(rule.topic)
+            if table is None or "instance" not in table.columns:
+                continue
+            rows = valued(table, rule).dropna(subset=["instance"])
+            for device, number in rows[[SOURCE, "instance"]].drop_duplicates().to_numpy(int).tolist():
+                self.seen.setdefault((rule.topic, device), set()).add(number)
+            mine = [k for (topic, _), k in self.seen.items() if topic == rule.topic]
+            several = any(len(numbers) > 1 for numbers in mine)
+            for number in sorted(set().union(*mine)) if several else ():
+                part, name = table[table["instance"] == number], f"{rule.topic}[{number}]"
+                if len(part):
+                    found[name] = part
+                    units |= {(name, c): u for (t, c), u in tables.units.items() if t == rule.topic}
+        return Tables(found, units)
 
 
 def joined(before: Frames | None, after: Frames) -> Frames:
