@@ -32,6 +32,8 @@ FOLLOWS = 0.5
 #: A length of the windows is gone on with so many times, each with weights as they are by then, before they are made
 #: longer.
 PATIENCE = 4
+#: Ridge of a regression that a second search begins with, where the first ran away in windows as long as asked for.
+FIRM = 1e-2
 #: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
 FAR = 3.0
 #: Below this cost per degree of freedom a model is at the noise.
@@ -89,9 +91,18 @@ def fit_from_scratch(
     rounds : int
         How often the noise is calibrated anew.
     """
-    p = start_by_regression(structure, null_parameters(structure) if p is None else p, stretches)
-    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
+    found = _grown(structure, stretches, start_by_regression(structure, values, stretches), length)
+    if found.problem.length < length:
+        firm = _grown(structure, stretches, start_by_regression(structure, values, stretches, FIRM), length)
+        found = max(found, firm, key=lambda f: f.problem.length)
+    return _calibrated(found, rounds)
+
+
+def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:
+    """Fit ever longer windows from ``p``; what runs away in windows of a length stays with the shorter ones."""
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     lengths = _lengths(length)
     problem, p, solution = _begin(structure, stretches, p, lengths[0])
     for size in lengths:
@@ -107,10 +118,16 @@ def fit_from_scratch(
             problem, p = calibrated(problem, solution), solution.p
             if solution.stopped is not Stopped.BUDGET:
                 break
+    return Fitted(problem, prior, solution)
+
+
+def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
+    """The fit at its best under weights that its own errors give, found anew so many times."""
+    problem, prior, solution = fitted.problem, fitted.prior, fitted.solution
     for _ in range(rounds + 1):
         found = Fitted(problem, prior, solution)
         solution = solve(
-            problem, structure, solution.p, solution.first, prior, anchor=first_states(problem),
+            problem, solution.structure, solution.p, solution.first, prior, anchor=first_states(problem),
             tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
         )  # fmt: skip
         problem = calibrated(problem, solution)

@@ -248,6 +248,6 @@ def spans(problem: Problem, part: list[int]) -> list[tuple[Stretch, int, int]]:
 def _errors(structure: Structure, p: FloatArray, stretch: Stretch, first: int, steps: int) -> FloatArray:
     """Prediction less smoothed u, v, r (steps + 1, 3) over a span, from its first smoothed state."""
     d = drive(structure, p, stretch)
-    start = true_first_state(structure, d, stretch.states[first])
+    start = true_first_state(structure, d, stretch, first)
     predicted = shown(structure, d, stretch, run(structure, d, stretch, start, first, steps))
     return np.asarray(predicted[:, 3:6] - stretch.states[first : first + steps + 1, 3:6], dtype=float)

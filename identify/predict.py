@@ -13,13 +13,14 @@ from identify.structure import Structure
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
-def true_first_state(structure: Structure, d: Drive, shown: FloatArray) -> FloatArray:
-    """First state (8,) of the vessel from what the sensors show (6,): x, y, psi, u, v, r over ground."""
-    x, y, psi, u, v, r = shown
+def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
+    """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r over ground."""
+    x, y, psi, u, v, r = stretch.states[step]
     bias = d.sensor[0] - r * _heading_clock(structure, d)
     c, s = np.cos(bias), np.sin(bias)
     psi, u, v = psi - bias, u * c - v * s, u * s + v * c
-    r = (r - d.sensor[1]) / d.sensor[2] if "yaw_rate" in structure.setting.streams else r
+    scale, offset = _gyro_shown(structure, d, stretch)
+    r = (r - offset) / scale
     u += r * (d.sensor[4] - structure.vessel.antenna[1])
     v -= r * (d.sensor[3] - structure.vessel.antenna[0])
     dx, dy = _antenna_shift(structure, d, np.array([psi]), np.array([psi + bias]))
@@ -77,13 +78,26 @@ def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) 
     arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
     u, v = out[:, 3] - out[:, 5] * arm_y, out[:, 4] + out[:, 5] * arm_x
     c, s = np.cos(psi), np.sin(psi)
-    rate = d.sensor[2] * out[:, 5] + d.sensor[1] if "yaw_rate" in structure.setting.streams else out[:, 5]
+    scale, offset = _gyro_shown(structure, d, stretch)
+    rate = scale * out[:, 5] + offset
     ground = np.column_stack([out[:, 0] + dx, out[:, 1] + dy, psi + bias, c * u - s * v, s * u + c * v, rate])
     late = _late(ground, stretch.h, d.sensor, _heading_clock(structure, d))
     c, s = np.cos(late[:, 2]), np.sin(late[:, 2])
     north, east = late[:, 3].copy(), late[:, 4].copy()
     late[:, 3], late[:, 4] = c * north + s * east, c * east - s * north
     return late
+
+
+def _gyro_shown(structure: Structure, d: Drive, stretch: Stretch) -> tuple[float, float]:
+    """Scale and bias of the gyro as far as they show in the smoothed yaw rate: not where that followed a compass."""
+    if "yaw_rate" not in structure.setting.streams:
+        return 1.0, 0.0
+    size = float(np.std(stretch.states[:, 5]))
+    fault = np.array([(d.sensor[2] - 1.0) * size, d.sensor[1]])
+    slope, offset = stretch.gyro_line
+    followed = np.array([(slope - 1.0) * size, offset]) @ fault / max(float(fault @ fault), 1e-18)
+    share = float(np.clip(1.0 - followed, 0.0, 1.0))
+    return 1.0 + share * (d.sensor[2] - 1.0), share * d.sensor[1]
 
 
 def _heading_clock(structure: Structure, d: Drive) -> float:
@@ -103,6 +117,6 @@ def _late(out: FloatArray, h: float, sensor: FloatArray, heading: float) -> Floa
 def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
     """Prediction (steps + 1, 6) of a whole stretch from its first smoothed state."""
     d = drive(structure, p, stretch)
-    first = true_first_state(structure, d, stretch.states[0])
+    first = true_first_state(structure, d, stretch)
     with np.errstate(over="ignore", invalid="ignore"):
         return shown(structure, d, stretch, run(structure, d, stretch, first))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -82,6 +83,22 @@ class Stretch:
     def grid(self) -> FloatArray:
         """(steps + 1,) times on the log's clock, s."""
         return self.start + self.h * np.arange(self.steps + 1, dtype=float)
+
+    @cached_property
+    def gyro_line(self) -> tuple[float, float]:
+        """Slope and offset of what the gyro said over the smoothed yaw rate: 1 and 0 where the smoother followed it.
+
+        Where a compass told the smoother the turning, the gyro's own scale and bias are here.
+        """
+        mine = self.samples.kind == YAW_RATE
+        said = self.samples.value[mine, 0]
+        if not len(said):
+            return 1.0, 0.0
+        smoothed = np.interp(self.samples.t[mine], self.grid, self.states[:, 5])
+        about = smoothed - smoothed.mean()
+        noise = float(np.sum(self.samples.sigma[mine] ** 2))
+        slope = 1.0 + float(about @ (said - smoothed)) / (float(about @ about) + noise)
+        return slope, float(said.mean() - slope * smoothed.mean())
 
 
 def step_for(length: float) -> float:

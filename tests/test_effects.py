@@ -366,9 +366,9 @@ def test_the_first_true_state_is_what_would_be_shown():
         stretch = stretch_of(MOTORS)
         seen = np.array([2.0, -1.0, 0.5, 0.9, 0.05, 0.1])
         d = drive(structure, p, stretch)
-        start = true_first_state(structure, d, seen)
-        assert shown(structure, d, stretch, run(structure, d, stretch, start))[0] == pytest.approx(seen)
         ready = replace(stretch, states=np.tile(seen, (STEPS + 1, 1)))
+        start = true_first_state(structure, d, ready)
+        assert shown(structure, d, ready, run(structure, d, ready, start))[0] == pytest.approx(seen)
         assert free_run(structure, p, ready)[0] == pytest.approx(seen)
 
 

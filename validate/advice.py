@@ -47,6 +47,11 @@ def advice_for(
             "which heading, speed and input they grow."
         )
         parts += _slow_inputs(outcome)
+    if outcome.refuted:
+        parts.append(
+            f"Taken back: {joined(outcome.refuted)}, which fits the logs to identify on but predicts the unseen ones "
+            "worse. Sail the same manoeuvre twice, once for each, to see what differs."
+        )
     if verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)

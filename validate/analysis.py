@@ -21,7 +21,8 @@ from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
-from validate.verdict import diagnose, worse
+from validate.unseen import speak_against, worse
+from validate.verdict import diagnose
 from validate.waves import find_waves
 
 Progress = Callable[[str, str, float], None]
@@ -85,8 +86,10 @@ def analyse(
         after = outcome.fitted
         runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
         scored[1] = validation(prepared.structure, stretches, runs[1])
-    if outcome and outcome.standing and worse(*scored):
-        outcome = replace(outcome, standing=outcome.standing[: 1 if outcome.wiring else 0], refuted=True)
+    if outcome and outcome.standing and speak_against(prepared.validate, declared, after, *scored):
+        kept = outcome.standing[: 1 if outcome.wiring else 0]
+        refuted = tuple(t.active.label for t in outcome.standing[len(kept) :])
+        outcome = replace(outcome, standing=kept, refuted=refuted)
         after = _rewired(prepared, outcome) if outcome.wiring else declared
         runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
         scored[1] = validation(prepared.structure, stretches, runs[1])

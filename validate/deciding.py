@@ -171,7 +171,7 @@ def _separation(rival: Fitted, sailed: Stretch) -> float:
     problem = cut([*rival.problem.stretches, sailed], rival.problem.length).weighted_as(rival.problem)
     own = len(rival.problem.windows)
     d = drive(structure, p, sailed)
-    new = [true_first_state(structure, d, sailed.states[w.first]) for w in problem.windows[own:]]
+    new = [true_first_state(structure, d, sailed, w.first) for w in problem.windows[own:]]
     first = np.vstack([rival.solution.first, *new])
     found = solve(problem, structure, p, first, rival.prior, budget=BUDGET, tolerance=1.0)
     if not np.isfinite(found.total):

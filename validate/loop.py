@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted, fit_from_scratch, window_length
+from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit, window_length
 from identify.drive import drive
 from identify.noise import calibrated
 from identify.output_error import solve
@@ -18,6 +18,8 @@ from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
 from validate.wiring import Wiring, better_wiring
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
@@ -43,14 +45,14 @@ class Turn:
 class Outcome:
     """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
 
-    ``refuted``: unseen logs were predicted worse with the effects than without, so they were taken back.
+    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without.
     """
 
     fitted: Fitted
     turns: tuple[Turn, ...]
     standing: tuple[Standing, ...]
     wiring: Wiring | None
-    refuted: bool = False
+    refuted: tuple[str, ...] = ()
 
 
 def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None) -> Outcome:
@@ -86,7 +88,7 @@ def refined(fitted: Fitted) -> Fitted:
     current = drive(structure, p, problem.stretches[0]).current
     solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
     if not np.isfinite(solution.cost):
-        return fitted
+        return fit_from_scratch(structure, fitted.problem.stretches, _effects_alone(structure, p))
     for _ in range(2):
         problem = calibrated(problem, solution)
         tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
@@ -95,6 +97,11 @@ def refined(fitted: Fitted) -> Fitted:
             budget=20, tolerance=tolerance,
         )  # fmt: skip
     return Fitted(problem, fitted.prior, solution)
+
+
+def _effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
+    """The effects' parameters of ``p``, all coefficients zero."""
+    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
 
 
 def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
@@ -117,13 +124,19 @@ def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) 
 
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
-    """The most promising; far from the noise, where a first order tells little, the best of every effect and form."""
-    if fitted.chi2_per_dof < FAR:
+    """The most promising; where a first order tells little, the best of every effect and form."""
+    if not _astray(fitted):
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
     best: dict[tuple[str, str], Screened] = {}
     for candidate in screened:
         best.setdefault(_form(candidate), candidate)
     return list(best.values())
+
+
+def _astray(fitted: Fitted) -> bool:
+    """Whether a fit is far from the noise, or off it and unable to follow its own logs: not in the valley of the truth."""
+    chi2 = fitted.chi2_per_dof
+    return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
 
 
 def _form(candidate: Screened) -> tuple[str, str]:
@@ -138,7 +151,7 @@ def settled(fitted: Fitted) -> Fitted:
     here = under(calibrated(fitted.problem, fitted.solution), fitted, 20)
     if here.chi2_per_dof < 1.2:
         return here
-    p = np.where([s.coefficient < 0 for s in structure.slots], here.solution.p, 0.0)
+    p = _effects_alone(structure, here.solution.p)
     anew = fit_from_scratch(structure, fitted.problem.stretches, p, length=fitted.problem.length)
     there = under(here.problem, anew, 20)
     if not there.solution.total < here.solution.total:

@@ -58,7 +58,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
     problem, first = base.problem, base.solution.first
-    value = best_value(structure, problem.stretches)
+    value = best_value(structure, problem.stretches, screened.unmoved)
     if value is None:
         return start_by_regression(structure, screened.p, problem.stretches), first
     length = min(SHORT, problem.length)

@@ -25,28 +25,39 @@ SLOPE = 1.0
 WORTH = 0.2
 
 
-def best_value(structure: Structure, stretches: Sequence[Stretch]) -> FloatArray | None:
-    """Parameters (np,) with the last effect's only parameter where the accelerations want it.
+def best_value(structure: Structure, stretches: Sequence[Stretch], p: FloatArray) -> FloatArray | None:
+    """Parameters (np,) with the last effect's only parameter where the accelerations want it, other effects as in ``p``.
 
     None where the effect has several parameters or none to look at, or where no value is clearly better than none.
     """
     active = structure.actives[-1]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == len(structure.actives) - 1]
-    if len(mine) != 1 or not _between_log_and_hull(active) or not structure.slots[mine[0]].parameter.starts:
+    if len(mine) != 1 or not _between_log_and_hull(active):
         return None
     [place] = mine
     parameter = structure.slots[place].parameter
+    starts = _looked_at(parameter)
+    if not starts:
+        return None
+    others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     found = []
-    for value in (parameter.null, *_values(parameter.starts)):
-        p = null_parameters(structure)
-        p[place] = np.clip(value, *parameter.bounds)
-        found.append((_misfit(structure, p, stretches), p))
+    for value in (parameter.null, *_values(starts)):
+        q = others.copy()
+        q[place] = np.clip(value, *parameter.bounds)
+        found.append((_misfit(structure, q, stretches), q))
     null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
     return best if null - least > WORTH else None
 
 
 def _between_log_and_hull(active: Active) -> bool:
     return bool(active.effect.actuator or active.effect.input_delay or active.effect.gain)
+
+
+def _looked_at(parameter: Parameter) -> tuple[float, ...]:
+    """Values that a range is laid around: the starts, or the typical size to both sides of nothing; empty: none."""
+    if parameter.starts or not parameter.relative or parameter.null != 0.0:
+        return parameter.starts
+    return (-parameter.scale, parameter.scale)
 
 
 def _values(starts: Sequence[float]) -> FloatArray:

@@ -8,15 +8,12 @@ from identify.base_fit import Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
 from validate.advice import advice_for
-from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Validation, Verdict
+from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
 from validate.loop import Outcome, Turn
 from validate.residual_tests import residual_tests
 from validate.structure_left import cross_validated, on_other_logs, structured_share
 from validate.waves import Waves
-
-#: Unseen logs count as predicted worse only from this loss in the sum of the channels' R² on.
-SLIGHT = 0.003
 
 
 def diagnose(
@@ -26,7 +23,7 @@ def diagnose(
     taken = _taken(outcome) + ((TakenEffect(waves.fitted_effect(), waves.p_value, ()),) if waves else ())
     share = waves.share if waves else {}
     left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
-    verdict = _verdict(taken, left, outcome.refuted, materiality)
+    verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)
     return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
 
@@ -50,17 +47,8 @@ def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     return {c: max(own[c], other[c]) for c in own}
 
 
-def worse(before: Validation, after: Validation) -> bool:
-    """Whether unseen logs are predicted worse with the effects than without (each channel by its own spread)."""
-    pairs = [(before.channels[c].nrmse, after.channels[c].nrmse) for c in before.channels]
-    known = [(b, a) for b, a in pairs if a is not None and b is not None]
-    return sum(a * a for _, a in known) > 1.1 * sum(b * b for b, _ in known) + SLIGHT
-
-
-def _verdict(
-    taken: tuple[TakenEffect, ...], left: dict[str, float], refuted: bool, materiality: float
-) -> Verdict:
-    if max(left.values()) > materiality or refuted:
+def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality: float) -> Verdict:
+    if max(left.values()) > materiality:
         return Verdict.UNEXPLAINED
     if any(t.look_alikes for t in taken):
         return Verdict.AMBIGUOUS

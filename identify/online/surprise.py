@@ -109,7 +109,7 @@ def ahead(structure: Structure, p: FloatArray, stretch: Stretch, first: int, ste
     The error is what was observed less what the model says the sensors show.
     """
     d = drive(structure, p, stretch)
-    begin = true_first_state(structure, d, stretch.states[first])
+    begin = true_first_state(structure, d, stretch, first)
     path = run(structure, d, stretch, begin, first, steps)
     with np.errstate(over="ignore", invalid="ignore"):
         said = shown(structure, d, stretch, path)[-1]
