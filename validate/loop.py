@@ -11,6 +11,7 @@ from identify.drive import drive
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
+from identify.structure import Structure
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
 from validate.judgement import Judged, judge, least_gain, under, worthwhile
@@ -134,7 +135,7 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
 
 
 def _astray(fitted: Fitted) -> bool:
-    """Whether a fit is far from the noise, or off it and unable to follow its own logs: not in the valley of the truth."""
+    """Whether a fit is far from the noise, or off it and unable to follow its own logs: in a wrong valley."""
     chi2 = fitted.chi2_per_dof
     return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
 

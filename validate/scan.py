@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.effect import Active
+from identify.effect import Active, Parameter
 from identify.regression import accelerations, predicted, regressors, start_by_regression
 from identify.stretch import Stretch
-from identify.structure import Structure, null_parameters
+from identify.structure import Structure
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -26,7 +26,7 @@ WORTH = 0.2
 
 
 def best_value(structure: Structure, stretches: Sequence[Stretch], p: FloatArray) -> FloatArray | None:
-    """Parameters (np,) with the last effect's only parameter where the accelerations want it, other effects as in ``p``.
+    """Parameters (np,) with the last effect's only parameter where the accelerations want it, the others as in ``p``.
 
     None where the effect has several parameters or none to look at, or where no value is clearly better than none.
     """
