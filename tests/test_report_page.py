@@ -133,3 +133,14 @@ def test_what_is_noticed_of_the_logs_together_is_not_said_of_one(example):
     page = report_page(replace(example, trials=(first, *example.trials[1:])))
     together, one = page.index("The logs to identify on"), page.index("<strong>logs/zigzag0.nmea</strong>")
     assert page.index("<strong>All logs</strong>") < together < one < page.index("A gap.")
+
+
+def test_what_differs_between_several_logs_in_numbers_alone_is_said_once(example):
+    trials = tuple(
+        replace(t, findings=(f"The errors wander ({k}.5 m).", f"zigzag {k}0."))
+        for k, t in enumerate(example.trials)
+    )
+    page = report_page(replace(example, trials=trials))
+    assert page.count("The errors wander") == 1
+    assert "logs/zigzag0.nmea: The errors wander (0.5 m). The like in 3 more." in page
+    assert page.count("<li>zigzag") == 4

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Va
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
-from validate.report.reading import OF_ALL
+from validate.report.reading import OF_ALL, kinds
 from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
@@ -36,7 +35,6 @@ from validate.report.words import (
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
-NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 
 
@@ -91,12 +89,11 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
     """What was noticed while preprocessing and fitting; of sentences that differ in numbers alone, the first."""
-    kinds: dict[str, dict[str, str]] = {}
+    found: dict[str, list[str]] = {}
     for t in results.trials:
-        for sentence in t.findings:
-            kinds.setdefault(NUMBER.sub("#", sentence), {}).setdefault(t.name, sentence)
+        found.setdefault(t.name, []).extend(t.findings)
     shown = short_names([t.name for t in results.trials])
-    lines = [finding_line(by_log, shown) for by_log in kinds.values()]
+    lines = [finding_line(by_log, shown) for by_log in kinds(found).values()]
     lines += dict.fromkeys(results.after.notes)
     if most is None:
         lines = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings] + [*results.after.notes]

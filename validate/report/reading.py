@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ingest.log import Log
@@ -11,6 +13,9 @@ from validate.report.schema import LogEntry, SignalEntry
 
 #: How a finding begins that is about the logs together.
 OF_ALL = "The logs to identify on: "
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
+#: Logs from which on a sentence that differs in numbers alone is said once.
+SEVERAL = 4
 
 
 def signal_rows(entries: list[LogEntry]) -> list[dict[str, Any]]:
@@ -48,7 +53,7 @@ def worst_log(found: list[tuple[str, SignalEntry]]) -> str:
 
 
 def noticed(logs: list[tuple[str, Log | None, list[Trial]]]) -> list[tuple[str, list[str]]]:
-    """What was noticed, by log; what holds for every log is said once."""
+    """What was noticed, by log; what holds for every log, or in numbers alone differs between several, is said once."""
     by_log = {
         name: list(dict.fromkeys([*log_findings(log), *(f for t in trials for f in t.findings)]))
         for name, log, trials in logs
@@ -57,11 +62,30 @@ def noticed(logs: list[tuple[str, Log | None, list[Trial]]]) -> list[tuple[str, 
         f for f in next(iter(by_log.values()), []) if len(by_log) > 1 and all(f in v for v in by_log.values())
     ]
     together = [f for found in by_log.values() for f in found if f.startswith(OF_ALL)]
-    shared = [*every, *together]
-    out = [("All logs", shared)] + [
-        (name, [f for f in found if f not in shared]) for name, found in by_log.items()
+    left = {name: [f for f in found if f not in {*every, *together}] for name, found in by_log.items()}
+    common = [
+        k for k in kinds(left).values() if len(k) >= SEVERAL and not next(iter(k.values()))[:1].islower()
     ]
+    several = [alike(k) for k in common]
+    said = {(name, f) for k in common for name, f in k.items()}
+    left = {name: [f for f in found if (name, f) not in said] for name, found in left.items()}
+    out = [("All logs", [*every, *together]), ("Several logs", several), *left.items()]
     return [(name, found) for name, found in out if found]
+
+
+def kinds(by_log: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
+    """Findings that differ in numbers alone: each log's first of a kind, by log."""
+    out: dict[str, dict[str, str]] = {}
+    for name, found in by_log.items():
+        for sentence in found:
+            out.setdefault(NUMBER.sub("#", sentence), {}).setdefault(name, sentence)
+    return out
+
+
+def alike(by_log: Mapping[str, str]) -> str:
+    """Findings of one kind as one sentence."""
+    (name, sentence), others = next(iter(by_log.items())), len(by_log) - 1
+    return f"{name}: {sentence} The like in {others} more."
 
 
 def manoeuvres(trials: list[Trial]) -> str:
