@@ -46,12 +46,13 @@ def advice_for(
             f"accounts for (material above {100 * materiality:.0f} %). Look at the residuals in the report: when, at "
             "which heading, speed and input they grow."
         )
-        parts += _slow_inputs(outcome)
     if outcome.refuted:
         parts.append(
             f"Taken back: {joined(outcome.refuted)}, which fits the logs to identify on but predicts the unseen ones "
             "worse. Sail the same manoeuvre twice, once for each, to see what differs."
         )
+    if outcome.refuted or verdict is Verdict.UNEXPLAINED:
+        parts += _slow_inputs(outcome)
     if verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
