@@ -125,8 +125,9 @@ def _identify(
     progress: Progress,
 ) -> tuple[Prepared, Fitted, Outcome | None]:
     progress("identify", "", 0.0)
+    progress("identify", "how the inputs act", 0.02)
     prepared = prepare_best(trials, _model(trials, model))
-    progress("identify", "", 0.4)
+    progress("identify", "the declared model", 0.4)
     declared = fit_with(prepared, estimator, optimiser, seed)
     progress("identify", "", 1.0)
     if not loop:
