@@ -117,7 +117,7 @@ def errors_in_parts(structure: Structure, p: FloatArray, stretch: Stretch, parts
     found = []
     for a, b in pairwise(edges.tolist()):
         with np.errstate(over="ignore", invalid="ignore"):
-            states = run(structure, d, stretch, true_first_state(structure, d, stretch.states[a]), a, b - a)
+            states = run(structure, d, stretch, true_first_state(structure, d, stretch, a), a, b - a)
             predicted = shown(structure, d, stretch, states)
         found.append(predicted[:, 3:6] - stretch.states[a : b + 1, 3:6])
     return np.vstack(found)
