@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +25,8 @@ NOT_RUN = (
     "seatrial capture ",
     "seatrial replay trial.mcap --port",
 )
+#: Commands that need nothing of the page's folder, and with which several pages begin.
+SHARED = ("seatrial demo",)
 #: Measured logs that a page finds in ``trials``, where a folder beside the clone has them.
 MEASURED = {
     "tutorial-measured": [
@@ -121,13 +125,24 @@ def run_command(command: str, folder: Path) -> str:
     return done.stdout
 
 
-def run_page(page: Path, folder: Path) -> None:
-    """Do what the page says, from top to bottom."""
+def run_page(page: Path, folder: Path, shared: Callable[[str], tuple[str, Path]]) -> None:
+    """Do what the page says, from top to bottom.
+
+    ``shared`` does a command of ``SHARED`` once for all pages: what it said, and the folder with what it made.
+    """
+
+    def run(command: str) -> str:
+        if command not in SHARED:
+            return run_command(command, folder)
+        said, made = shared(command)
+        shutil.copytree(made, folder, dirs_exist_ok=True)
+        return said
+
     prepare(page, folder)
     said = ""
     for block in blocks(page):
         if block.language == "sh":
-            said += "".join(run_command(c, folder) for c in block.commands if not c.startswith(NOT_RUN))
+            said += "".join(run(c) for c in block.commands if not c.startswith(NOT_RUN))
         elif block.language == "python":
             script = folder / "example.py"
             script.write_text(block.text, encoding="utf-8")

@@ -8,9 +8,10 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from functools import cache
 
 import pytest
-from doc_pages import MEASURED, NOT_RUN, PAGES, README, ROOT, TRIALS, blocks, run_page, runs
+from doc_pages import MEASURED, NOT_RUN, PAGES, README, ROOT, TRIALS, blocks, run_command, run_page, runs
 
 from identify.effects import EFFECTS
 from identify.models import MODELS
@@ -37,6 +38,18 @@ def site(tmp_path_factory):
     return docs
 
 
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory):
+    """Does a command once: what it said, and where it did it."""
+
+    @cache
+    def done(command):
+        folder = tmp_path_factory.mktemp("shared")
+        return run_command(command, folder), folder
+
+    return done
+
+
 def is_error(value):
     return isinstance(value, type) and issubclass(value, errors.SeatrialError)
 
@@ -49,10 +62,10 @@ def offered():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if runs(p)], ids=lambda p: p.stem)
-def test_what_a_page_says_can_be_done(page, tmp_path):
+def test_what_a_page_says_can_be_done(page, tmp_path, shared):
     if any(not log.is_file() for log in MEASURED.get(page.stem, ())):
         pytest.skip("the measured logs are not beside this clone")
-    run_page(page, tmp_path)
+    run_page(page, tmp_path, shared)
 
 
 @by_name
