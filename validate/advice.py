@@ -34,8 +34,9 @@ def advice_for(
     for t in taken:
         if t.look_alikes:
             others = joined(t.look_alikes, "or")
+            name = t.fitted.name + _of([t.fitted.input] if t.fitted.input else [])
             parts.append(
-                f"On these data {t.fitted.name} cannot be told from {others}; to decide: {_decide(t, outcome)}"
+                f"On these data {name} cannot be told from {others}; to decide: {_decide(t, outcome)}"
             )
             parts += [f"{n}: {_CHECK[n]}" for n in names_of(t.look_alikes) if n in _CHECK and n not in said]
             said |= set(names_of(t.look_alikes))

@@ -28,7 +28,7 @@ def finding_words(finding: str) -> str:
 
 def advice_words(advice: str) -> str:
     """Advice as it is read: effects in words, and a capital at its begin."""
-    words = in_words(advice)
+    words = finding_words(advice)
     return words[:1].upper() + words[1:]
 
 
