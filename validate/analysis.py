@@ -21,7 +21,7 @@ from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.scores import predictions, validation
 from validate.tables import actuator_tables, prediction_tables
-from validate.unseen import speak_against, worse
+from validate.unseen import speak_against
 from validate.verdict import diagnose
 from validate.waves import find_waves
 
@@ -78,27 +78,15 @@ def analyse(
         progress("validate", "whole logs", 0.4)
         after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
     progress("validate", "unseen logs", 0.7)
-    stretches = [*prepared.identify, *prepared.validate]
-    runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
-    scored = [validation(prepared.structure, stretches, r) for r in runs]
-    if outcome and outcome.standing and worse(*scored):
-        outcome = _loaded_as_seen(outcome, prepared)
-        after = outcome.fitted
-        runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
-        scored[1] = validation(prepared.structure, stretches, runs[1])
-    if outcome and outcome.standing and speak_against(prepared.validate, declared, after, *scored):
-        kept = outcome.standing[: 1 if outcome.wiring else 0]
-        refuted = tuple(t.active.label for t in outcome.standing[len(kept) :])
-        outcome = replace(outcome, standing=kept, refuted=refuted)
-        after = _rewired(prepared, outcome) if outcome.wiring else declared
-        runs[1] = predictions(after.solution.structure, after.solution.p, stretches)
-        scored[1] = validation(prepared.structure, stretches, runs[1])
+    if outcome and outcome.standing:
+        outcome, after = _borne_out(prepared, declared, outcome, after)
     waves = find_waves(after) if loop and after.chi2_per_dof < TOO_FAR_FOR_WAVES else None
     windowed = after
     if _windowed(estimator, optimiser):
         declared, after, outcome = _finished(declared, after, outcome)
-        runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
-        scored = [validation(prepared.structure, stretches, r) for r in runs]
+    stretches = [*prepared.identify, *prepared.validate]
+    runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
+    scored = [validation(prepared.structure, stretches, r) for r in runs]
     made = [
         make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
         for f in ([declared] if after is declared else [declared, after])
@@ -148,6 +136,21 @@ def _finished(
         return whole, whole if after is declared else over_whole_logs(after), outcome
     found = over_whole_logs(after)
     return whole, found, replace(outcome, fitted=found)
+
+
+def _borne_out(
+    prepared: Prepared, declared: Fitted, outcome: Outcome, after: Fitted
+) -> tuple[Outcome, Fitted]:
+    """What unseen logs do not speak against: all as found, else loads in the logs of the fit alone, else the wiring."""
+    if not speak_against(prepared, declared, after):
+        return outcome, after
+    narrowed = _loaded_as_seen(outcome, prepared)
+    if not speak_against(prepared, declared, narrowed.fitted):
+        return narrowed, narrowed.fitted
+    kept = outcome.standing[: 1 if outcome.wiring else 0]
+    refuted = tuple(t.active.label for t in outcome.standing[len(kept) :])
+    after = _rewired(prepared, outcome) if outcome.wiring else declared
+    return replace(outcome, standing=kept, refuted=refuted), after
 
 
 def _windowed(estimator: str, optimiser: str) -> bool:

@@ -6,23 +6,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identify.base_fit import FAR, Fitted
+from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.diagnosis import Validation
+from validate.scores import predictions, validation
 from validate.structure_left import on_other_logs
 
 #: Unseen logs count as predicted worse from this ratio of the squared errors on.
 WORSE = 1.1
 
 
-def speak_against(
-    unseen: Sequence[Stretch], declared: Fitted, after: Fitted, before: Validation, then: Validation
-) -> bool:
+def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     """Whether unseen logs are predicted worse with the effects than without.
 
     Free-running errors judge first; near the noise of the sensors the raw measurements have the last word: errors
     against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more.
     """
-    if not worse(before, then):
+    unseen = prepared.validate
+    scores = [
+        validation(prepared.structure, unseen, predictions(f.solution.structure, f.solution.p, unseen))
+        for f in (declared, after)
+    ]
+    if not worse(*scores):
         return False
     return after.chi2_per_dof > FAR or not _measured_better(unseen, declared, after)
 
