@@ -106,7 +106,7 @@ def candidates(case: Case) -> str:
             [
                 candidate(c, name),
                 words.number(c["evidence"]),
-                words.probability(c["p_value"]),
+                words.probability(c["p_value"]).replace(" ", "\u00a0"),
                 change(c, case),
             ]
             for c in tried
