@@ -92,13 +92,22 @@ def test_a_result_that_is_weak_is_called_weak(example, tmp_path):
     assert "must not be used" in text
 
 
-def test_the_pictures_are_made(case, tmp_path):
-    wanted = ["tracks", "channels", "headings", "evidence", "residuals"]
-    from case_pictures import all_of
-
-    made = all_of(case, tmp_path, "toy", wanted)
-    assert [p.name for p in made] == [f"toy-{w}.png" for w in wanted]
+def test_the_command_writes_the_page_and_its_pictures_from_results_that_are_there(example, tmp_path, capsys):
+    (tmp_path / "data").mkdir()
+    case_of(tmp_path / "data", example)
+    name, out = "kvlcc2-hsva", tmp_path / "pages"
+    (tmp_path / "data" / "toy").rename(tmp_path / "data" / name)
+    (tmp_path / "data" / "results" / "toy").rename(tmp_path / "data" / "results" / name)
+    out.mkdir()
+    (out / f"{name}.md").write_text("Prose.\n\n<!-- made: outcome -->\n<!-- end -->\n")
+    where = [str(tmp_path / "data"), "--results", str(tmp_path / "data" / "results"), "--out", str(out)]
+    assert make_case_studies.main([*where, "--only", name]) == 0
+    made = [out / "pictures" / f"{name}-{p}.png" for p in make_case_studies.CASES[name]]
+    assert capsys.readouterr().out.split() == [str(p) for p in (out / f"{name}.md", *made)]
     assert all(3_000 < p.stat().st_size < 300_000 for p in made)
+    page = (out / f"{name}.md").read_text()
+    assert page.startswith("Prose.")
+    assert "the error of surge falls from" in page
 
 
 def spinning(sign):
