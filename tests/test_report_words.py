@@ -58,7 +58,7 @@ def test_wiring_and_deadband_in_words(example):
         example.after.effects[0].parameters[1], name="width", value=math.radians(2), stderr=math.radians(0.3)
     )
     band = FittedEffect("actuator_deadband", "rudder", (width,), {"form": "play"})
-    assert effect_words(band) == "actuator deadband of rudder as play (width 2.00 ± 0.30°)"
+    assert effect_words(band) == "an actuator deadband of rudder as play (width 2.00 ± 0.30°)"
 
 
 def test_names_in_sentences_are_words_but_those_of_inputs_and_files_stay():

@@ -14,6 +14,11 @@ from validate.report.labels import in_words
 DEGREES = 180.0 / math.pi
 #: The last decimal that is written out, and the smallest and largest number; beyond, powers of ten.
 FINEST, SMALL, LARGEST = -7, 1e-3, 1e6
+#: Effects of which there is no "one".
+UNCOUNTED = frozenset((
+    "waves", "propeller_walk", "thrust_fade", "thrust_loss_with_speed", "quadratic_damping", "turning_resistance",
+    "roll_coupling", "shallow_water",
+))  # fmt: skip
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
 
@@ -164,7 +169,16 @@ def effect_words(effect: FittedEffect, errors: bool = True) -> str:
         return wiring_words(effect)
     numbers = ", ".join(f"{plain_name(k)} {v}" for k, v in values.items())
     of = f" of {effect.input}" if effect.input else ""
-    return plain_name(effect.name) + of + option_words(effect) + (f" ({numbers})" if numbers else "")
+    return f"{article(effect.name)}{plain_name(effect.name)}{of}{option_words(effect)}" + (
+        f" ({numbers})" if numbers else ""
+    )
+
+
+def article(name: str) -> str:
+    """``a`` or ``an`` before an effect that can be counted."""
+    if name in UNCOUNTED:
+        return ""
+    return "an " if name[0] in "aeiou" else "a "
 
 
 def wiring_words(effect: FittedEffect) -> str:
