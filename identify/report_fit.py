@@ -9,12 +9,14 @@ import numpy as np
 from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
-from identify.kernel import NX
+from identify.kernel import NX, POSITION
+from identify.output_error import Solution
 from identify.physical import physical_notes
 from identify.prepare import Prepared
 from identify.structure import Slot, Structure
 from identify.term import unit_of
-from identify.windows import moments, state_precision
+from identify.wander import Reduction, moved_by_wander
+from identify.windows import Problem, moments, state_precision
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -26,25 +28,40 @@ def covariance_of(fitted: Fitted) -> FloatArray:
     """Covariance (np, np) of all parameters, with errors as they are correlated (a sandwich).
 
     The fit weighs every stream by the size of its errors; their slow part counts more than white noise of that size
-    would. Between two inverses of the information stands what the scores vary by.
+    would. Between two inverses of the information stands what the scores vary by. A drift of the position is told by
+    its own size and time constant where it shows (``identify.wander``).
     """
     problem, solution = fitted.problem, fitted.solution
     known = state_precision(solution.structure)
-    counted = replace(problem, inflation=problem.inflation / problem.dispersion)
-    p, first = solution.p, solution.first
-    plain, varied = (
-        moments(q, solution.structure, p, first).matrices[:, :-1, :-1] for q in (problem, counted)
-    )
+    plain = _matrices(problem, solution)
     prior = np.diag(1.0 / fitted.prior.sd**2)
     states = plain[:, :NX, :NX] + np.diag(known)
     slope = np.linalg.solve(states, plain[:, :NX, NX:])
-    through = np.concatenate([-slope, np.broadcast_to(np.eye(len(p)), (len(slope), len(p), len(p)))], axis=1)
-    varied[:, range(NX), range(NX)] += known
+    own = np.broadcast_to(np.eye(len(prior)), (len(slope), len(prior), len(prior)))
+    through = np.concatenate([-slope, own], axis=1)
     information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
-    spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
-    return np.asarray(inverse @ spread @ inverse, dtype=float)
+    moved = moved_by_wander(
+        problem, solution, Reduction(np.asarray(np.linalg.inv(states), dtype=float), through, inverse)
+    )
+    varied = _matrices(_counted(problem, drifts=moved is not None), solution)
+    varied[:, range(NX), range(NX)] += known
+    spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
+    return np.asarray(inverse @ spread @ inverse + (0.0 if moved is None else moved), dtype=float)
+
+
+def _matrices(problem: Problem, solution: Solution) -> FloatArray:
+    """Moments (w, 8 + np, 8 + np) of first states and parameters at a solution, under a problem's weights."""
+    return moments(problem, solution.structure, solution.p, solution.first).matrices[:, :-1, :-1]
+
+
+def _counted(problem: Problem, *, drifts: bool) -> Problem:
+    """Weights under which the moments are what the scores vary by; of a position that drifts the white part alone."""
+    inflation = problem.inflation / problem.dispersion
+    if drifts:
+        inflation[POSITION] = problem.inflation[POSITION] ** 2
+    return replace(problem, inflation=inflation)
 
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:

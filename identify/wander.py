@@ -1,0 +1,166 @@
+"""A wander of the position, told from what a fit leaves of it, and what it does to the parameters.
+
+The errors of a satellite's position drift (first-order Gauss-Markov). First states and parameters follow a drift as far
+as they can, so what is left in the errors is smaller and quicker than the drift was. Here errors are averaged over
+blocks of time, and size and time constant of the drift are those under which such averages, less what the fit took of
+them, are likely (restricted likelihood). What the drift moves the parameters by follows from the same derivatives, each
+size and time constant counted by its likelihood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from identify import kernel
+from identify.kernel import NX
+from identify.output_error import Solution
+from identify.stretch import Stretch
+from identify.windows import Moments, Problem, Window, moments
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Shortest block, s, and about how many there are (one for each window at least); so many tell size and time constant.
+SHORTEST, MOST, TELLING = 1.0, 100, 250
+#: Time constants that are tried, s, and sizes, in units of the spread of the averages.
+TIMES = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
+SIZES = np.geomspace(0.05, 20.0, 25)
+#: A drift is there where the log likelihood is larger with it by this much.
+GAIN = 3.0
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """Averages of the position's error over blocks.
+
+    ``window``, ``stretch``, ``t`` (b,) where and when; ``mean`` (b, 2) north and east; ``weight`` (b,) sum of the
+    samples' weights; ``slope`` (b, 2, 8 + np) sums of the weighted derivatives by first state and parameters.
+    """
+
+    window: IntArray
+    stretch: IntArray
+    t: FloatArray
+    mean: FloatArray
+    weight: FloatArray
+    slope: FloatArray
+
+    def first(self, count: int) -> _Blocks:
+        """No more than the first ones."""
+        fields = (self.window, self.stretch, self.t, self.mean, self.weight, self.slope)
+        return _Blocks(*(f[:count] for f in fields))
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """How a fit answers to errors.
+
+    ``states`` (w, 8, 8) inverse information of each window's first state, ``through`` (w, 8 + np, np) what of a window
+    goes through to the parameters, ``inverse`` (np, np) their own inverse information.
+    """
+
+    states: FloatArray
+    through: FloatArray
+    inverse: FloatArray
+
+
+def moved_by_wander(problem: Problem, solution: Solution, reduction: Reduction) -> FloatArray | None:
+    """Covariance (np, np) of what a drift of the position moves the parameters by; None where none shows."""
+    blocks = _averaged(problem, solution)
+    if blocks is None or len(blocks.t) < 12:
+        return None
+    through = np.einsum("bac,bcn->ban", blocks.slope, reduction.through[blocks.window])
+    left = _left_by_fit(blocks.first(TELLING), reduction, through[:TELLING])
+    few = len(left)
+    noise = 1.0 / np.sqrt(np.repeat(blocks.weight, 2)[:few]) / problem.inflation[kernel.POSITION]
+    error = blocks.mean.ravel()[:few] / noise
+    together = np.equal.outer(blocks.stretch, blocks.stretch)
+    apart = np.abs(np.subtract.outer(blocks.t, blocks.t))
+    sizes = SIZES * float(np.std(blocks.mean))
+    chance, spread = [], []
+    for time in TIMES:
+        shape = np.kron(np.where(together, np.exp(-apart / time), 0.0), np.eye(2))
+        value, vector = np.linalg.eigh((left @ shape[:few, :few] @ left.T) / noise / noise[:, None])
+        chance.append(_likelihood(np.maximum(value, 0.0), vector.T @ error, sizes))
+        flat = through.reshape(-1, through.shape[-1])
+        spread.append(flat.T @ shape @ flat)
+    table = np.array(chance)
+    if table.max() < GAIN:
+        return None
+    odds = np.exp(table - table.max())
+    variance = (odds * sizes**2).sum(axis=1) / odds.sum()
+    moved = np.einsum("t,tij->ij", variance, np.array(spread))
+    return np.asarray(reduction.inverse @ moved @ reduction.inverse, dtype=float)
+
+
+def _likelihood(value: FloatArray, error: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Log likelihood (k,) of drifts of these sizes, over that of none."""
+    grown = 1.0 + np.multiply.outer(sizes**2, value)
+    return np.asarray(0.5 * np.sum(error**2 * (1.0 - 1.0 / grown) - np.log(grown), axis=1), dtype=float)
+
+
+def _left_by_fit(blocks: _Blocks, reduction: Reduction, through: FloatArray) -> FloatArray:
+    """What (2 b, 2 b) is left in the averages of a drift in each block, once states and parameters have followed it."""
+    b, n = len(blocks.t), through.shape[-1]
+    states = np.einsum("bac,bcd->bad", blocks.slope[:, :, :NX], reduction.states[blocks.window])
+    flat = blocks.slope[:, :, :NX].reshape(2 * b, NX)
+    same = np.kron(np.equal.outer(blocks.window, blocks.window), np.ones((2, 2)))
+    own = (states.reshape(2 * b, NX) @ flat.T) * same
+    shared = through.reshape(2 * b, n) @ reduction.inverse @ through.reshape(2 * b, n).T
+    return np.asarray(np.eye(2 * b) - (own + shared) / np.repeat(blocks.weight, 2)[:, None], dtype=float)
+
+
+def _averaged(problem: Problem, solution: Solution) -> _Blocks | None:
+    """Average the errors over blocks; the derivatives from how the moments answer to a shift of the samples."""
+    parts = [(k, part) for k, w in enumerate(problem.windows) for part in _parts(problem, w)]
+    if not parts:
+        return None
+    window = np.array([k for k, _ in parts], dtype=np.int64)
+    blocks = replace(problem, windows=tuple(w for _, w in parts))
+    first = solution.first[window]
+    here, north, east = (
+        moments(q, solution.structure, solution.p, first)
+        for q in (blocks, _shifted(blocks, 0), _shifted(blocks, 1))
+    )
+    slope = np.stack([(m.matrices - here.matrices)[:, :-1, -1] for m in (north, east)], axis=1)
+    found = [_average(blocks, here, k) for k in range(len(parts))]
+    t, weight = np.array([f[0] for f in found]), np.array([f[1] for f in found])
+    stretch = np.array([w.stretch for w in blocks.windows], dtype=np.int64)
+    return _Blocks(window, stretch, t, np.array([f[2] for f in found]), weight, slope)
+
+
+def _parts(problem: Problem, window: Window) -> list[Window]:
+    """A window's samples in blocks, each with samples of the position."""
+    total = sum(w.steps * problem.stretches[w.stretch].h for w in problem.windows)
+    stretch = problem.stretches[window.stretch]
+    count = max(1, int(window.steps * stretch.h / max(SHORTEST, total / MOST)))
+    edges = stretch.start + stretch.h * (window.first + window.steps * np.arange(1, count) / count)
+    low, high = window.samples.start, window.samples.stop
+    places = [low, *(low + np.searchsorted(stretch.samples.t[low:high], edges)), high]
+    cut = [slice(int(a), int(b)) for a, b in pairwise(places)]
+    kind = stretch.samples.kind
+    return [replace(window, samples=s) for s in cut if (kind[s] == kernel.POSITION).any()]
+
+
+def _shifted(problem: Problem, axis: int) -> Problem:
+    """The same with every position a metre further north or east."""
+
+    def moved(stretch: Stretch) -> Stretch:
+        value = stretch.samples.value.copy()
+        value[stretch.samples.kind == kernel.POSITION, axis] += 1.0
+        return replace(stretch, samples=replace(stretch.samples, value=value))
+
+    return replace(problem, stretches=tuple(map(moved, problem.stretches)))
+
+
+def _average(problem: Problem, found: Moments, k: int) -> tuple[float, float, FloatArray]:
+    """Time, sum of weights and mean error (2,) of a block."""
+    w = problem.windows[k]
+    samples = problem.stretches[w.stretch].samples
+    mine = samples.kind[w.samples] == kernel.POSITION
+    root = 1.0 / (samples.sigma[w.samples][mine] * problem.inflation[kernel.POSITION])
+    weight = float(np.sum(root**2))
+    mean = np.sum(found.residuals[k][mine] * root[:, None], axis=0) / weight
+    return float(np.mean(samples.t[w.samples][mine])), weight, mean
