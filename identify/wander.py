@@ -49,8 +49,10 @@ class _Blocks:
 
     def first(self, count: int) -> _Blocks:
         """No more than the first ones."""
-        fields = (self.window, self.stretch, self.t, self.mean, self.weight, self.slope)
-        return _Blocks(*(f[:count] for f in fields))
+        n = slice(count)
+        return _Blocks(
+            self.window[n], self.stretch[n], self.t[n], self.mean[n], self.weight[n], self.slope[n]
+        )
 
 
 @dataclass(frozen=True)
