@@ -30,9 +30,21 @@ def verdict(case: Case) -> str:
         lines.append(f"- Taken: {what}; p {words.probability(entry['p_value'])}; {tail}.")
     if not d["effects"]:
         lines.append("- No effect was taken.")
+    if any(e["name"] == "input_wiring" for e in d["effects"]) and worse(case):
+        lines.append(
+            "- The runs held back are predicted worse with it (below). Any other effect would be taken back for that; a "
+            "wiring stands, because it was found by a test of its own that needs no prediction."
+        )
     if d["advice"]:
         lines.append(f"- Advice: {advice_words(d['advice'])}")
     return "\n".join(lines)
+
+
+def worse(case: Case) -> bool:
+    """Whether the runs held back are predicted worse with what was taken, each channel by its own spread."""
+    pooled = [case.report["validation"][w]["channels"] for w in ("before", "after")]
+    before, after = (sum((c[k]["nrmse"] or 0.0) ** 2 for k in CHANNELS if k in c) for c in pooled)
+    return after > before
 
 
 def meaning(name: str) -> str:

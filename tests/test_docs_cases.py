@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from doc_pages import ROOT
 
+from identify.fit import FittedEffect
 from validate.report_files import write_results
 
 sys.path.insert(0, str(ROOT / "docs"))
@@ -90,6 +91,18 @@ def test_a_result_that_is_weak_is_called_weak(example, tmp_path):
     assert text.count("**rises**") == 4
     assert "in 0 of 1" in text
     assert "must not be used" in text
+
+
+def test_a_wiring_that_predicts_worse_is_said_to(example, tmp_path):
+    wiring = FittedEffect("input_wiring", None, (), {"swapped": ["rudder", "n"]})
+    taken = replace(example.diagnosis.effects[0], fitted=wiring)
+    rewired = replace(example, diagnosis=replace(example.diagnosis, effects=(taken,)))
+    turned = replace(
+        rewired, validation_before=example.validation_after, validation_after=example.validation_before
+    )
+    (tmp_path / "better").mkdir()
+    assert "predicted worse" not in make_case_studies.BLOCKS["verdict"](case_of(tmp_path / "better", rewired))
+    assert "predicted worse" in make_case_studies.BLOCKS["verdict"](case_of(tmp_path, turned))
 
 
 def test_the_command_writes_the_page_and_its_pictures_from_results_that_are_there(example, tmp_path, capsys):
