@@ -32,8 +32,8 @@ def verdict(case: Case) -> str:
         lines.append("- No effect was taken.")
     if any(e["name"] == "input_wiring" for e in d["effects"]) and worse(case):
         lines.append(
-            "- The runs held back are predicted worse with it (below). Any other effect would be taken back for that; a "
-            "wiring stands, because it was found by a test of its own that needs no prediction."
+            "- The runs held back are predicted worse with it (below). Any other effect would be taken back for that; "
+            "a wiring stands, because it was found by a test of its own that needs no prediction."
         )
     if d["advice"]:
         lines.append(f"- Advice: {advice_words(d['advice'])}")
