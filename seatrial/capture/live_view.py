@@ -214,6 +214,7 @@ class LiveView:
         import rerun as rr
 
         from validate.recording import entities
+        from validate.recording.glyphs import drawable
 
         self._table_at = now = time.monotonic()
         wall = time.time_ns()
@@ -233,7 +234,7 @@ class LiveView:
                 *self._delays(),
             ]
         )
-        document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+        document = rr.TextDocument(drawable(text), media_type=rr.MediaType.MARKDOWN)
         self.recording.log(f"{entities.log_root(self.name)}/sensors", document)
 
     def _delays(self) -> list[str]:

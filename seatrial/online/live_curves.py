@@ -50,13 +50,14 @@ class LiveCurves:
         import rerun as rr
 
         from validate.recording.entities import ELAPSED, UTC, log_root
+        from validate.recording.glyphs import drawable
 
         self.recording.set_time(ELAPSED, duration=(time_ns - self.origin_ns) * 1e-9)
         self.recording.set_time(UTC, timestamp=time_ns * 1e-9)
         root = f"{log_root(self.name)}/{ROOT}"
         if isinstance(update, Note):
             level = rr.TextLogLevel.WARN if update.warning else rr.TextLogLevel.INFO
-            self.recording.log(f"{root}/events", rr.TextLog(update.text, level=level))
+            self.recording.log(f"{root}/events", rr.TextLog(drawable(update.text), level=level))
             return
         for path, values in curves(update).items():
             self.recording.log(f"{root}/{path}", rr.Scalars(values))
