@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from identify.kernel import CHANNEL, NM
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch, sampled
 from identify.structure import Structure
+from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -100,10 +101,8 @@ def actuators_of(
     dt = stretch.h / SUBSTEPS
     edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
     lead = _lead(structure, p)
-    series = {
-        i.name: sampled(stretch.inputs[i.name], edges + lead - _delay(structure, values, i.name))
-        for i in structure.inputs
-    }
+    late = {i.name: edges + lead - _delay(structure, values, i.name) for i in structure.inputs}
+    series = {n: sampled(stretch.inputs[n], at) for n, at in late.items()}
     for active in structure.actives:
         if active.effect.rewire:
             series = active.effect.rewire(active.variant.options, series)
@@ -115,11 +114,25 @@ def actuators_of(
     for item in structure.inputs:
         if item.kind in THRUSTING:
             force = thrust(item, series[item.name])
+            if _as_logged(structure, item, stretch):
+                logged = stretch.inputs[item.name]
+                force = sampled(replace(logged, value=thrust(item, logged.value)), late[item.name])
             for active, v in zip(structure.actives, values, strict=True):
                 if active.effect.gain and active.variant.input in (None, item.name):
                     force = force * active.effect.gain(v, time)
             series[f"thrust {item.name}"] = force
     return series
+
+
+def _as_logged(structure: Structure, item: Input, stretch: Stretch) -> bool:
+    """Whether an input holds its values and acts as it is logged: the mean thrust is then that of its values' thrusts.
+
+    Where it switches within a part of a step, the thrust of the mean would make the switch seem some milliseconds off.
+    """
+    acted_on = any(
+        a.effect.rewire or (a.effect.actuator and a.variant.input == item.name) for a in structure.actives
+    )
+    return stretch.inputs[item.name].held and item.law != "linear" and not acted_on
 
 
 def _lead(structure: Structure, p: FloatArray) -> float:

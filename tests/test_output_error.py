@@ -13,6 +13,7 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_declared, fit_from_scratch
 from identify.by_optimiser import box_around, fit_by_optimiser, objective_for
 from identify.choose_model import choose_model
+from identify.drive import drive
 from identify.effect import Active
 from identify.effects import CURRENT
 from identify.fit_with import fit_with
@@ -20,6 +21,8 @@ from identify.output_error import Stopped, reduce, solve
 from identify.prepare import prepare
 from identify.regression import start_by_regression
 from identify.report_fit import covariance_of, fitted_effect, make_fit
+from identify.stretch import SUBSTEPS
+from identify.structure import null_parameters
 from identify.windows import cut, first_states, moments
 from ingest.errors import NotIdentifiable
 
@@ -187,3 +190,21 @@ def test_without_logs_to_identify_on_there_is_no_model():
         choose_model(trials)
     with pytest.raises(NotIdentifiable):
         prepare(trials, "modulus")
+
+
+def test_a_switch_within_a_part_of_a_step_gives_its_mean_thrust():
+    """The thrust of the mean of 0.2 and 1.0 is not the mean of their thrusts."""
+    _, trials = trials_of("catamaran", ("zigzag", "random"), 20.0, 3)
+    prepared = prepare(trials, "modulus", held=True)
+    stretch, structure = prepared.identify[0], replace(prepared.structure, input_lead=None)
+    when = stretch.start + stretch.h * (3.0 + 0.4 / SUBSTEPS)
+    inputs = {
+        n: replace(
+            m, t=np.array([stretch.start - 1.0, when]), value=np.array([0.2, 1.0]), good=np.ones(2, bool)
+        )
+        for n, m in stretch.inputs.items()
+    }
+    d = drive(structure, null_parameters(structure), replace(stretch, inputs=inputs))
+    thrust = d.fine[:, structure.table.channels.index("T:thruster")] / len(inputs)
+    at = 3 * SUBSTEPS
+    assert thrust[at - 1 : at + 2] == pytest.approx([0.04, 0.4 * 0.04 + 0.6, 1.0])
