@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from capture_samples import SCRIPT, capturing, ended, lines_until
 
-from benchmarks.online_runs import identified, offline
+from benchmarks.online_runs import BATCH_S, identified, offline
 from benchmarks.online_streams import as_port, recorded, sailed, turned, vessel_for, written
 from fixtures.effects import Effect, World
 from fixtures.sensors import Sensor, Suite
@@ -217,17 +217,20 @@ def test_nothing_is_lost_where_every_record_comes_alone(calm):
         np.testing.assert_allclose(alone[quantity].value, raw.value)
 
 
-def test_a_gap_ends_the_stretch_and_it_goes_on(calm):
+@pytest.mark.parametrize(("lost", "seconds"), [(None, 8.0), ("GGA", 8.0), ("GGA", 2.5)])
+def test_a_gap_ends_the_stretch_and_a_short_one_is_bridged(calm, lost, seconds):
     campaign, log, *_ = calm
     identifier, updates = Identifier(campaign), []
-    for tables in batches(log):
+    for tables in batches(log, BATCH_S / 2.0):
         t = min(int(x.index[0]) for x in tables.tables.values()) * 1e-9
-        if not 70.0 < t < 78.0:
-            updates += identifier.feed("log", tables)
+        gone = 70.0 < t < 70.0 + seconds
+        part = {k: x for k, x in tables.tables.items() if not gone or (lost is not None and k != lost)}
+        updates += identifier.feed("log", replace(tables, tables=part)) if t < 112.0 else ()
     updates += identifier.finish()
     assert not notes(updates, "stopped fitting")
     blocks = [m.t for m in readings(updates, MONITOR)]
-    assert not [t for t in blocks if 71.0 < t < 88.0] and max(blocks) > 110.0
+    inside = [t for t in blocks if 74.0 < t < 80.0 + seconds]
+    assert (len(inside) >= 1 if seconds < 3.0 else not inside) and max(blocks) > 100.0
     assert identifier.estimator.chi2 == pytest.approx(1.0, abs=0.15)
 
 

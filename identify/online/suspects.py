@@ -35,7 +35,7 @@ INDISTINCT = 6.0
 #: An effect explains a change where the errors that it leaves are no larger than this many standard deviations.
 EXPLAINED = 3.5
 #: Searches at most for one effect, and effects that are searched for: those that promise most at first sight.
-ROUNDS, REFITTED = 3, 7
+ROUNDS, REFITTED = 10, 7
 #: Effects that cannot set in while sailing, or would look like others from one moment on.
 NEVER = ("thrust_fade", "input_wiring", "actuator_lag", "roll_coupling", "thrust_loss_with_speed")
 

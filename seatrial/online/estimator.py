@@ -20,8 +20,8 @@ from identify.stretch import Stretch
 from seatrial.online.updates import MONITOR, PARAMETERS, Note, Reading, Update
 from seatrial.online.words import changed, fits_again, learning_anew, looks_like
 
-#: False alarms: at most one in so long, s.
-FALSE_ALARM_S = 36_000.0
+#: False alarms: one in so long on average, s; ten hours then have more than one in one case of forty.
+FALSE_ALARM_S = 144_000.0
 #: After so many seconds of data since a change it is asked what it looks like.
 ASK_AT_S = (20.0, 40.0, 80.0, 160.0)
 #: A change that stays is learned after so long, s; what was known before then counts so much.

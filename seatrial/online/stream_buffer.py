@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.online.doubt import DOUBTFUL
 from identify.stretch import IntArray, Samples, Stretch
-from preprocess import causal, frames
+from preprocess import causal, frames, gaps
 from preprocess.causal import CausalLevels, CausalObserver
 from preprocess.commands import MEASURED, spikes
 from preprocess.judge import repeated
@@ -21,7 +21,10 @@ KINDS = {"position": causal.POSITION, "heading": causal.HEADING, "yaw_rate": cau
          "velocity": causal.VELOCITY}  # fmt: skip
 #: Samples may come so much later than others that are younger, s.
 LATE_S = 0.5
-#: Inputs are kept so much longer than the windows that they drive: an actuator may follow with a delay, s.
+#: What the observer says is used so long after a good sample, s, or so many of their intervals, since then it only goes
+#: straight on; and where its standard deviation is less than so many times the usual one of a window.
+FRESH_S, INTERVALS, SURE = 1.0, 2.0, 5.0
+#: All is kept so much longer than the windows: an actuator may follow with a delay, a hole may begin before them, s.
 MARGIN_S = 6.0
 
 
@@ -152,26 +155,25 @@ class StreamBuffer:
     def gap(self, after: float, limits: Mapping[int, float]) -> tuple[float, float] | None:
         """The first gap after a time: the last good sample of a kind before it, and the first one after it, or now.
 
-        ``limits`` has the longest time, s, that each kind may be without a good sample.
+        ``limits`` has the longest time, s, that each kind may be without a good sample, or some of its intervals.
         """
         found = []
         for kind, limit in limits.items():
-            mine = (
-                (self._rows.value[:, 0] == kind)
-                & (self._rows.value[:, 3] > 0)
-                & (self._rows.t >= after - limit)
-            )
-            times = np.concatenate([[after], self._rows.t[mine & (self._rows.t > after)], [self.now]])
-            wide = np.flatnonzero(np.diff(times) > limit)
+            good = self._rows.t[(self._rows.value[:, 0] == kind) & (self._rows.value[:, 3] > 0)]
+            before = good[good <= after][-1:]
+            times = np.concatenate([before if len(before) else [after], good[good > after], [self.now]])
+            usual = float(np.median(np.diff(good))) if len(good) > 1 else 0.0
+            wide = np.flatnonzero(np.diff(times) > max(limit, gaps.INTERVALS * usual))
             if len(wide):
                 found.append((float(times[wide[0]]), float(times[wide[0] + 1])))
         return min(found, default=None)
 
     def began(self, after: float) -> float | None:
-        """The first time from a given one on at which the motion was known."""
+        """The first good position after a time at which the motion was known."""
         if not len(self._rows.t):
             return None
-        known = np.isfinite(self._rows.value[:, 4]) & (self._rows.t >= after)
+        position = (self._rows.value[:, 0] == causal.POSITION) & (self._rows.value[:, 3] > 0)
+        known = np.isfinite(self._rows.value[:, 4]) & position & (self._rows.t > after)
         return float(self._rows.t[np.argmax(known)]) if known.any() else None
 
     def aligned(self, t: float) -> float:
@@ -189,7 +191,7 @@ class StreamBuffer:
 
     def forget(self, before: float) -> None:
         """Drop what is older than any window that may still be cut."""
-        self._rows.forget(before)
+        self._rows.forget(before - MARGIN_S)
         self._wind.forget(before - MARGIN_S)
         for column in self._actuators.values():
             column.forget(before - MARGIN_S)
@@ -203,17 +205,25 @@ class StreamBuffer:
         if steps < 3 or known.sum() < least:
             return None
         grid: FloatArray = begin + h * np.arange(steps + 1, dtype=float)
-        around = self._rows.between(begin, end + LATE_S, before=20)
-        at, seen = self._rows.t[around], self._rows.value[around]
-        use = np.isfinite(seen[:, 4])
-        states = np.array(
-            [np.interp(grid, at[use], seen[use, k]) for k in range(4, 10)], dtype=float
-        ).T.copy()
-        spread = np.sqrt(np.column_stack([np.interp(grid, at[use], seen[use, k]) for k in (10, 10, 11)]))
+        states, spread = self._motion(grid, begin, end)
         return Stretch(
             "live", "identify", begin, begin, h, steps, self._inputs(begin, end), states, spread,
             self._air(grid, states), self._samples(t, table),
         )  # fmt: skip
+
+    def _motion(self, grid: FloatArray, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """States (n, 6) on a grid, and the standard deviations (n, 3) of u, v, r; holes are bridged from both sides."""
+        around = self._rows.between(begin - MARGIN_S, end + LATE_S, before=1)
+        at, seen = self._rows.t[around], self._rows.value[around]
+        known = np.isfinite(seen[:, 4])
+        at, seen = at[known], seen[known]
+        inside = (at >= begin) & (at < end)
+        track = sure(at, seen, inside, (causal.POSITION, causal.VELOCITY), 10)
+        turn = sure(at, seen, inside, (causal.HEADING, causal.YAW_RATE), 11)
+        rows = {4: track, 5: track, 6: turn, 7: track & turn, 8: track & turn, 9: turn}
+        states = np.column_stack([np.interp(grid, at[use], seen[use, k]) for k, use in rows.items()])
+        spread = np.column_stack([np.interp(grid, at, seen[:, k]) for k in (10, 10, 11)])
+        return states, np.sqrt(spread)
 
     def _inputs(self, begin: float, end: float) -> dict[str, Measurement]:
         out = {}
@@ -246,6 +256,20 @@ class StreamBuffer:
             return found
         between = 0.5 * (states[1:] + states[:-1])
         return frames.body_to_earth(found + between[:, 3:5], between[:, 2])
+
+
+def sure(t: FloatArray, table: FloatArray, inside: BoolArray, kinds: tuple[int, int], k: int) -> BoolArray:
+    """Rows (n,) at which the observer knows a chain: fed lately, its variance in column ``k`` not unusual ``inside``.
+
+    All rows, where hardly any would be left.
+    """
+    fed = t[np.isin(table[:, 0], kinds) & (table[:, 3] > 0)]
+    if len(fed) < 2:
+        return np.ones(len(t), dtype=bool)
+    last = np.maximum(np.searchsorted(fed, t, side="right") - 1, 0)
+    fresh = np.abs(t - fed[last]) <= max(FRESH_S, INTERVALS * float(np.median(np.diff(fed))))
+    good: BoolArray = fresh & (table[:, k] <= SURE**2 * np.median(table[inside, k]))
+    return good if good.sum() > 1 else np.ones(len(t), dtype=bool)
 
 
 def stale(kind: IntArray, value: FloatArray, quantum: FloatArray) -> BoolArray:
