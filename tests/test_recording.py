@@ -170,6 +170,19 @@ def test_the_hull_is_to_scale_and_turns_with_the_heading(chunks, results):
     np.testing.assert_allclose(np.cos(turned), np.cos(table["psi"]), atol=1e-5)
 
 
+@pytest.mark.parametrize("part", entities.COLOURS)
+def test_colours_stand_out_from_a_dark_and_from_a_light_ground(part):
+    def luminance(colour):
+        parts = np.array(colour[:3]) / 255
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    own = luminance(entities.COLOURS[part])
+    for ground in ((13, 16, 17), (255, 255, 255)):
+        light, dark = sorted((own, luminance(ground)), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 3.0
+
+
 def test_north_is_up_and_east_is_right():
     np.testing.assert_array_equal(on_plan(np.array([1.0]), np.array([2.0])), [[2.0, -1.0]])
 

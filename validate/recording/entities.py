@@ -11,21 +11,21 @@ DIAGNOSIS = "diagnosis"
 OVERVIEW = "overview"
 
 RGBA = tuple[int, int, int, int]
-#: Colours that read on the viewer's dark and light ground alike.
+#: Colours that stand out by 3 to 1 at least from the viewer's dark and from its light ground.
 COLOURS: dict[str, RGBA] = {
-    "raw": (140, 150, 160, 110),
-    "outliers": (235, 80, 70, 255),
-    "cleaned": (110, 190, 190, 130),
-    "measured": (140, 150, 160, 110),
-    "smoothed": (205, 205, 205, 255),
+    "raw": (130, 140, 150, 110),
+    "outliers": (235, 75, 65, 255),
+    "cleaned": (60, 150, 150, 130),
+    "measured": (130, 140, 150, 110),
+    "smoothed": (143, 143, 143, 255),
     "band": (110, 120, 130, 255),
     "noise": (110, 120, 130, 255),
-    "before": (240, 150, 70, 255),
-    "after": (80, 165, 250, 255),
-    "commanded": (205, 205, 205, 255),
-    "actuator": (80, 165, 250, 255),
-    "current": (80, 205, 130, 255),
-    "wind": (200, 140, 240, 255),
+    "before": (226, 120, 40, 255),
+    "after": (55, 140, 230, 255),
+    "commanded": (143, 143, 143, 255),
+    "actuator": (55, 140, 230, 255),
+    "current": (40, 155, 88, 255),
+    "wind": (170, 100, 220, 255),
 }
 
 
