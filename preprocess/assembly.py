@@ -73,7 +73,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
-    offsets = clock_offsets(heading, table, segments, None if turning else inputs)
+    position = track.streams[0]
+    offsets = clock_offsets(heading, position, table, segments, None if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words))
     history = (

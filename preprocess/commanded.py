@@ -38,15 +38,19 @@ def _decaying_sum(t, jump, tau, out):  # type: ignore[no-untyped-def]  # noqa: A
 
 
 def changes(inputs: Mapping[str, Measurement]) -> tuple[FloatArray, FloatArray]:
-    """Return the inputs' sample times (n,) s, and the squared change at each, in shares of the range."""
+    """Return the inputs' sample times (n,) s, and the squared change at each, in shares of the range.
+
+    What was before the first sample nobody knows: it counts as a usual change.
+    """
     moving = [m for m in inputs.values() if len(m.t) > 2 and np.ptp(m.value) > 0.0]
     if not moving:
         return np.empty(0), np.empty(0)
     t = np.unique(np.concatenate([m.t for m in moving]))
     jump = np.zeros(len(t))
     for m in moving:
-        share = np.diff(m.value[m.good]) / np.ptp(m.value[m.good])
-        jump[np.searchsorted(t, m.t[m.good][1:])] += share**2
+        share = (np.diff(m.value[m.good]) / np.ptp(m.value[m.good])) ** 2
+        usual = float(share[share > 0.0].mean()) if share.any() else 0.0
+        jump[np.searchsorted(t, m.t[m.good])] += np.r_[usual, share]
     return t, jump
 
 
