@@ -17,6 +17,7 @@ from results_example import CURRENT, example_results
 
 from validate.recording import entities, write_recording
 from validate.recording.glyphs import drawable
+from validate.recording.ranges import ranges_of
 from validate.recording.recording import recording_id
 from validate.recording.stream import most_rows, strips
 from validate.recording.tracks import geographic, on_plan
@@ -243,7 +244,20 @@ def test_a_gap_is_a_row_without_a_value(results, tmp_path):
     path = entities.prediction(NAME, "u", "after")
     found = column(chunks, path, "scalars")
     np.testing.assert_array_equal(found, table["u_after"].dropna())
-    assert sum(c.num_rows for c in moving(chunks, path)) == len(table)
+    first, last = table["u_after"].first_valid_index(), table["u_after"].last_valid_index()
+    assert sum(c.num_rows for c in moving(chunks, path)) == last - first + 1 > len(found)
+
+
+def test_a_plot_shows_the_measurement_whole_and_a_runaway_only_where_it_is_near(results):
+    name = f"logs/{NAME}"
+    wild = results.predictions[name].assign(u_after=np.geomspace(1.0, 1e9, len(results.predictions[name])))
+    shown = ranges_of(wild, results.actuators[name], [results.trials[0]])
+    measured = wild["u"].max() - wild["u"].min()
+    low, high = shown["prediction/u"]
+    assert low < wild["u"].min() < wild["u"].max() < high < wild["u"].max() + measured
+    assert shown["residual/v"][0] < 0 < shown["residual/v"][1]
+    assert shown.keys() >= {"signals/x", "inputs/rudder", "inputs/n", "prediction/psi"}
+    assert all(np.isfinite(r).all() and r[0] < r[1] for r in shown.values())
 
 
 def test_the_recording_is_sound_and_repeatable(results, rerun, tmp_path):

@@ -17,7 +17,10 @@ from validate.report.names import slug
 
 @dataclass(frozen=True)
 class LogView:
-    """What the blueprint must know of one log: its unique name, length, extent of its track, what it has."""
+    """What the blueprint must know of one log: its unique name, length, extent of its track, what it has.
+
+    ``ranges`` holds the values that a plot shows, by its place under the log's root, such as ``prediction/u``.
+    """
 
     name: str
     span: tuple[float, float]
@@ -27,6 +30,7 @@ class LogView:
     signals: tuple[str, ...]
     inputs: tuple[str, ...]
     validates: bool
+    ranges: Mapping[str, tuple[float, float]]
 
 
 def blueprint(views: list[LogView], rounds: int) -> rrb.Blueprint:
@@ -50,10 +54,16 @@ def time_axis(span: tuple[float, float], share: float) -> rrb.TimeAxis:
     )
 
 
-def plot(origin: str, name: str, span: tuple[float, float], room: float = 0.2) -> rrb.TimeSeriesView:
-    """A time plot of everything under ``origin``; ``room`` is the share to keep free for the legend."""
-    return rrb.TimeSeriesView(origin=origin, name=drawable(name), axis_x=time_axis(span, room),
-                              plot_legend=rrb.PlotLegend(visible=True, corner="RightTop"))  # fmt: skip
+def plot(view: LogView, place: str, name: str, room: float = 0.2) -> rrb.TimeSeriesView:
+    """A time plot of everything at a place under a log's root; ``room`` is the share to keep free for the legend."""
+    shown = view.ranges.get(place)
+    return rrb.TimeSeriesView(
+        origin=f"{log_root(view.name)}/{place}",
+        name=drawable(name),
+        axis_x=time_axis(view.span, room),
+        axis_y=rrb.ScalarAxis(range=shown) if shown else None,
+        plot_legend=rrb.PlotLegend(visible=True, corner="RightTop"),
+    )
 
 
 def plan(view: LogView, name: str = "Plan, north up (m)") -> rrb.Spatial2DView:
@@ -69,13 +79,13 @@ def log_tab(view: LogView) -> rrb.Horizontal:
     flat: list[rrb.View] = [plan(view)]
     if view.has_map:
         flat.append(rrb.MapView(origin=f"{root}/map", name="Map", background=rrb.MapProvider.OpenStreetMap))
-    inputs = [plot(f"{root}/inputs/{i}", f"input {i}", view.span, 0.45) for i in map(slug, view.inputs)]
+    inputs = [plot(view, f"inputs/{i}", f"input {i}", 0.45) for i in map(slug, view.inputs)]
     left = rrb.Vertical(rrb.Tabs(*flat, active_tab=0), *inputs, row_shares=[3.0, *[1.0] * len(inputs)])
-    channels = rrb.Vertical(*(plot(f"{root}/prediction/{c}", f"{c}: measured and predicted", view.span)
+    channels = rrb.Vertical(*(plot(view, f"prediction/{c}", f"{c}: measured and predicted")
                               for c in view.channels), name="Predictions")  # fmt: skip
-    rest = rrb.Vertical(*(plot(f"{root}/residual/{c}", f"{c}: measured − predicted", view.span)
+    rest = rrb.Vertical(*(plot(view, f"residual/{c}", f"{c}: measured − predicted")
                           for c in view.channels), name="Residuals")  # fmt: skip
-    signals = rrb.Grid(*(plot(f"{root}/signals/{s}", f"{s}: raw, cleaned, smoothed", view.span, 0.45)
+    signals = rrb.Grid(*(plot(view, f"signals/{s}", f"{s}: raw, cleaned, smoothed", 0.45)
                          for s in view.signals), name="Signals", grid_columns=2)  # fmt: skip
     both = [c for c in (channels, rest, signals) if c.contents]
     right = rrb.Tabs(*both, active_tab=0)
@@ -88,8 +98,7 @@ def overview(views: list[LogView]) -> rrb.Horizontal:
     if not views:
         return rrb.Horizontal(words, name="Overview")
     first = next((v for v in views if v.validates), views[0])
-    root = log_root(first.name)
-    plots = [plot(f"{root}/prediction/{c}", f"{first.name}: {c}", first.span) for c in first.channels[:3]]
+    plots = [plot(first, f"prediction/{c}", f"{first.name}: {c}") for c in first.channels[:3]]
     picture = rrb.Vertical(
         plan(first, f"{first.name}: plan, north up (m)"), *plots, row_shares=[2.2, *[1.0] * len(plots)]
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from validate.diagnosis import Results
 from validate.recording import entities
 from validate.recording.glyphs import drawable
 from validate.recording.layout import LogView, blueprint, bounds
+from validate.recording.ranges import ranges_of
 from validate.recording.series import PREDICTED, send_inputs, send_predictions, send_signals
 from validate.recording.story import send_documents, send_events
 from validate.recording.stream import Clock, most_rows
@@ -44,7 +46,8 @@ def write_recording(results: Results, path: Path) -> None:
     views = []
     for name, table in results.predictions.items():
         send_log(rec, names[name], table, results, name, trials.get(name, []), two)
-        views.append(view_of(names[name], table, trials.get(name, []), results.after.vessel.length))
+        shown = ranges_of(table, results.actuators.get(name), trials.get(name, []))
+        views.append(view_of(names[name], table, trials.get(name, []), results.after.vessel.length, shown))
     send_documents(rec, results)
     rec.send_recording_name(drawable(f"{results.after.vessel.name}, {results.after.model}"))
     rec.send_blueprint(blueprint(views, len(results.diagnosis.rounds) if results.diagnosis else 0))
@@ -87,7 +90,13 @@ def send_log(
     send_events(rec, name, trials, clock, headline(results))
 
 
-def view_of(name: str, table: pd.DataFrame, trials: list[Trial], length: float) -> LogView:
+def view_of(
+    name: str,
+    table: pd.DataFrame,
+    trials: list[Trial],
+    length: float,
+    ranges: Mapping[str, tuple[float, float]],
+) -> LogView:
     """What the blueprint must know of one log."""
     extents = {
         "north": finite_range([table["x"].to_numpy(np.float64)]),
@@ -104,4 +113,5 @@ def view_of(name: str, table: pd.DataFrame, trials: list[Trial], length: float) 
         signals=tuple(s for s in STATES if column(table, s) is not None),
         inputs=tuple(i.name for i in declared if column(table, i.name) is not None),
         validates=any(t.role == "validate" for t in trials),
+        ranges=ranges,
     )

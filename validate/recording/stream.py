@@ -72,6 +72,10 @@ def send_scalars(rec: rr.RecordingStream, path: str, clock: Clock, t: FloatArray
 
     A row with NaN would break the line as well, but no two recordings with NaN in them compare equal.
     """
+    known = np.flatnonzero(np.isfinite(value))
+    if not len(known):
+        return
+    t, value = t[known[0] : known[-1] + 1], value[known[0] : known[-1] + 1]
     rows = extremes(value, clock.most)
     for part in chunks(rows):
         known = np.isfinite(value[part])

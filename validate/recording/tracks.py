@@ -131,7 +131,7 @@ def send_flows(rec: rr.RecordingStream, name: str, table: pd.DataFrame, fit: Fit
         )
         rec.log(entities.plan(name, kind), look, static=True)
         above = np.column_stack(
-            [start[:, 0], np.minimum(start[:, 1], start[:, 1] + vector[:, 1]) - 0.05 * span]
+            [start[:, 0], np.minimum(start[:, 1], start[:, 1] + vector[:, 1]) - 0.09 * span]
         )
         words = rr.Points2D(
             above, labels=f"{kind} {speed:.2f} m/s", colors=COLOURS[kind], radii=0.0, show_labels=True
