@@ -17,10 +17,11 @@ V = TypeVar("V")
 
 @dataclass(frozen=True)
 class Options:
-    """How many draws of the noise, and whether only to see that it works."""
+    """How many draws of the noise, whether only to see that it works, and whether without the paper's methods."""
 
     seeds: int
     quick: bool
+    ours: bool = False
 
 
 def chosen_of(table: Mapping[K, V], options: Options) -> list[tuple[K, V]]:
@@ -28,15 +29,17 @@ def chosen_of(table: Mapping[K, V], options: Options) -> list[tuple[K, V]]:
     return list(table.items())[: 1 if options.quick else None]
 
 
-def command_line(description: str | None, seeds: int = 5) -> Options:
-    """Read ``--seeds`` and ``--quick``."""
+def command_line(description: str | None, seeds: int = 5, ours: str = "") -> Options:
+    """Read ``--seeds`` and ``--quick``, and ``--ours`` where it is explained."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, default=seeds, help="draws of the noise; medians and spread")
     parser.add_argument(
         "--quick", action="store_true", help="one draw, short runs: only to see that it works"
     )
+    if ours:
+        parser.add_argument("--ours", action="store_true", help=ours)
     chosen = parser.parse_args()
-    return Options(1 if chosen.quick else chosen.seeds, chosen.quick)
+    return Options(1 if chosen.quick else chosen.seeds, chosen.quick, getattr(chosen, "ours", False))
 
 
 def spread(values: FloatArray, form: str = ".4g") -> str:
