@@ -48,7 +48,7 @@ def went_as_declared(case: Case, run: pd.DataFrame) -> float:
 
 
 def course_off_heading(run: pd.DataFrame) -> float:
-    """Median angle between course over ground (from fixes alone) and heading while making way, rad; NaN if never."""
+    """Median of course over ground (from fixes alone) less heading while making way ahead, rad; NaN if never."""
     fixes = run.dropna(subset=["x_measured", "y_measured"])
     dx, dy, dt = (np.diff(fixes[c]) for c in ("x_measured", "y_measured", "t"))
     speed = np.hypot(dx, dy) / dt
@@ -59,7 +59,7 @@ def course_off_heading(run: pd.DataFrame) -> float:
         & (0.5 * (fixes["u"].to_numpy()[1:] + fixes["u"].to_numpy()[:-1]) > SPEED)
     )
     off = np.angle(np.exp(1j * (np.arctan2(dy, dx) - psi)))[ahead]
-    return float(np.median(np.abs(off))) if len(off) > 5 else float("nan")
+    return float(np.median(off)) if len(off) > 5 else float("nan")
 
 
 def turning(case: Case) -> str:
@@ -71,7 +71,7 @@ def turning(case: Case) -> str:
         total += seconds
         agreed += seconds * (0.0 if np.isnan(share) else share)
         rows.append([f"`{name[n]}`", words.number(seconds, 2), words.percent(share), words.percent(ahead),
-                     "–" if np.isnan(off) else f"{np.degrees(off):.0f}°"])  # fmt: skip
+                     "–" if np.isnan(off) else f"{np.degrees(off):+.0f}°".replace("-", "−")])  # fmt: skip
     made = table(HEAD, rows)
     return f"{made}\n\n{wiring_sentence(agreed / total if total else float('nan'), total)}"
 
