@@ -20,7 +20,7 @@ HEAD = (
     "clear command to turn, s",
     "turning the declared way",
     "going the declared way",
-    "course off heading",
+    "course less heading",
 )
 
 
