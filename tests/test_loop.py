@@ -78,3 +78,15 @@ def test_a_tether_that_no_library_knows_is_owned_up_to(tmp_path):
     found = diagnose(tmp_path, "usv", [tether], "csv", 31)
     assert found.diagnosis.verdict is Verdict.UNEXPLAINED
     assert max(found.diagnosis.unexplained.values()) > 0.10
+
+
+@pytest.mark.slow
+def test_a_gyro_that_reads_too_little_is_named_and_does_not_spoil_the_prediction(tmp_path):
+    found = diagnose(tmp_path, "usv", [Effect("gyro_bias", {"bias": 0.03, "scale": 0.8})], "csv", 45)
+    assert found.diagnosis.verdict is Verdict.EXPLAINED
+    [effect] = found.diagnosis.effects
+    assert effect.fitted.name == "gyro_bias"
+    assert {p.name: p.value for p in effect.fitted.parameters} == pytest.approx(
+        {"bias": 0.03, "scale": 0.8}, abs=0.002
+    )
+    assert found.validation_after.channels["r"].r2 > 0.98

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from identify.effects import EFFECTS
 from validate.deciding import deciding_manoeuvre
@@ -27,6 +28,7 @@ def advice_for(
     left: Mapping[str, float],
     outcome: Outcome,
     materiality: float,
+    undetermined: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
     parts = checks_of(taken)
@@ -54,6 +56,7 @@ def advice_for(
         )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)
+    parts += [_undetermined(c, share) for c, share in undetermined.items()]
     if verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
@@ -74,6 +77,15 @@ def _of(inputs: Sequence[str]) -> str:
 def names_of(labels: Sequence[str]) -> list[str]:
     """Effects of labels such as ``clock_offset (inputs)``, each once."""
     return list(dict.fromkeys(label.split(" (")[0] for label in labels))
+
+
+def _undetermined(channel: str, share: float) -> str:
+    """What follows from coefficients that the logs of the fit leave open."""
+    return (
+        f"On the unseen logs {channel} is off by {percent(share)} of its standard deviation, and the coefficients' own "
+        "uncertainty allows that: the logs to identify on do not determine them for such motion. Identify on a "
+        "manoeuvre of that kind as well, or declare a model with fewer terms."
+    )
 
 
 def _slow_inputs(outcome: Outcome) -> list[str]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.base_fit import Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
-from identify.output_error import Prior, Reduced, prior_for, reduce
+from identify.output_error import Prior, prior_for, reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure
-from identify.windows import Moments, first_states, moments, state_precision
+from identify.windows import first_states, moments, state_precision
+from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -80,16 +81,8 @@ def thinned(fitted: Fitted) -> Fitted:
     problem, solution = fitted.problem, fitted.solution
     every = max(1, min(THIN, problem.rows // (ENOUGH * len(solution.p))))
     some = slice(None, None, every)
-    left = Moments(solution.moments.matrices[some], solution.moments.residuals[some])
-    reduced = Reduced(*(x[some] for x in astuple(solution.reduced)))
-    solution = replace(
-        solution,
-        first=solution.first[some],
-        cost=left.cost,
-        moments=left,
-        reduced=reduced,
-    )
-    return replace(fitted, problem=replace(problem, windows=problem.windows[some]), solution=solution)
+    part = of_windows(fitted, some)
+    return replace(part, problem=replace(problem, windows=problem.windows[some]))
 
 
 def extended(

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit, window_length
 from identify.drive import drive
-from identify.noise import calibrated
+from identify.noise import calibrated, dispersed_cost
 from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.structure import Structure
@@ -18,6 +18,7 @@ from validate.judgement import Judged, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
+from validate.scan import best_value
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -28,6 +29,8 @@ FINALISTS = 8
 MOST_EFFECTS = 4
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
+#: An effect whose loss would cost less than this may make up for another's wrong value.
+DOUBTFUL = 100.0
 #: Length of the windows for the first, rough pass, s.
 ROUGH = 10.0
 
@@ -167,13 +170,42 @@ def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
         pace("what was taken, again")
         losses = {k: loss_without(fitted, k) for k in searched}
         weakest = min(losses, key=lambda k: losses[k])
-        without = fitted.solution.structure.without(weakest)
-        k = len(fitted.solution.p) - len(without.slots)
-        if losses[weakest] > least_gain(k, len(candidates(without))):
+        without = _as_good_without(fitted, weakest, losses[weakest])
+        if without is None:
             return fitted
         pace(f"dropped: {fitted.solution.structure.actives[weakest].label}")
-        fitted = dropped(fitted, weakest)
+        fitted = without
     return fitted
+
+
+def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
+    """A fit without an effect that loses no more by it than chance gives; None where there is none.
+
+    An effect of little weight may only make up for another that ended in a wrong valley: then the others are begun
+    anew without it.
+    """
+    structure = fitted.solution.structure
+    without = structure.without(index)
+    k = len(structure.slots) - len(without.slots)
+    least = least_gain(k, len(candidates(without)))
+    if loss < least:
+        return dropped(fitted, index)
+    if loss > DOUBTFUL or not without.actives:
+        return None
+    other = _begun_anew(fitted, index)
+    lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
+    return other if lost < least else None
+
+
+def _begun_anew(fitted: Fitted, index: int) -> Fitted:
+    """The fit without an effect, the others begun where the accelerations want them."""
+    structure, stretches = fitted.solution.structure.without(index), fitted.problem.stretches
+    p = structure.carried(fitted.solution.p, fitted.solution.structure)
+    for k in range(len(structure.actives)):
+        wanted = best_value(structure, stretches, p, k)
+        p = p if wanted is None else wanted
+    found = fit_from_scratch(structure, stretches, _effects_alone(structure, p), length=fitted.problem.length)
+    return under(fitted.problem, found, 20)
 
 
 def _searched(fitted: Fitted) -> list[int]:

@@ -25,13 +25,16 @@ SLOPE = 1.0
 WORTH = 0.2
 
 
-def best_value(structure: Structure, stretches: Sequence[Stretch], p: FloatArray) -> FloatArray | None:
-    """Parameters (np,) with the last effect's only parameter where the accelerations want it, the others as in ``p``.
+def best_value(
+    structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
+) -> FloatArray | None:
+    """Parameters (np,) with an effect's only parameter where the accelerations want it, the others as in ``p``.
 
     None where the effect has several parameters or none to look at, or where no value is clearly better than none.
     """
-    active = structure.actives[-1]
-    mine = [k for k, s in enumerate(structure.slots) if s.effect == len(structure.actives) - 1]
+    which = range(len(structure.actives))[index]
+    active = structure.actives[which]
+    mine = [k for k, s in enumerate(structure.slots) if s.effect == which]
     if len(mine) != 1 or not _between_log_and_hull(active):
         return None
     [place] = mine

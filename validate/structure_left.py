@@ -10,10 +10,9 @@ import numpy as np
 from identify.base_fit import Fitted
 from identify.drive import Drive, drive
 from identify.noise import smoothness
-from identify.output_error import Prior, information_of, solve
+from identify.output_error import information_of
 from identify.predict import run, shown
 from identify.stretch import KIND, Stretch
-from identify.windows import Problem, cut, first_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -94,33 +93,6 @@ def _with_other_times(stretch: Stretch, rng: np.random.Generator) -> Stretch:
         for name, m in stretch.inputs.items()
     }
     return replace(stretch, inputs=inputs)
-
-
-def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
-    """The same parameters on other stretches: only the windows' first states are fitted."""
-    if not stretches:
-        return None
-    scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
-    problem = cut(scaled, fitted.problem.length).weighted_as(fitted.problem)
-    if not problem.windows:
-        return None
-    tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
-    found = solve(
-        problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8
-    )
-    return Fitted(problem, tight, found) if np.isfinite(found.cost) else None
-
-
-def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
-    """The stretch with the noise levels that were found on the others."""
-    level: dict[int, float] = {}
-    for s in problem.stretches:
-        for kind in np.unique(s.samples.kind):
-            level.setdefault(int(kind), float(s.samples.sigma[s.samples.kind == kind][0]))
-    sigma = np.array(
-        [level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)]
-    )
-    return replace(stretch, samples=replace(stretch.samples, sigma=sigma))
 
 
 def folds(fitted: Fitted) -> list[list[int]]:

@@ -9,8 +9,8 @@ from identify.base_fit import FAR, Fitted
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.diagnosis import Validation
+from validate.other_logs import on_other_logs
 from validate.scores import predictions, validation
-from validate.structure_left import on_other_logs
 
 #: Unseen logs count as predicted worse from this ratio of the squared errors on.
 WORSE = 1.1

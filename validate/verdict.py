@@ -11,8 +11,9 @@ from validate.advice import advice_for
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
 from validate.loop import Outcome, Turn
+from validate.other_logs import on_other_logs, with_other_logs
 from validate.residual_tests import residual_tests
-from validate.structure_left import cross_validated, on_other_logs, structured_share
+from validate.structure_left import cross_validated, structured_share
 from validate.waves import Waves
 
 
@@ -25,7 +26,9 @@ def diagnose(
     left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)
-    return Diagnosis(verdict, taken, rounds, left, advice_for(verdict, taken, left, outcome, materiality))
+    undetermined = _undetermined(prepared, after, left, materiality)
+    advice = advice_for(verdict, taken, left, outcome, materiality, undetermined)
+    return Diagnosis(verdict, taken, rounds, left, advice)
 
 
 def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
@@ -39,12 +42,18 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
 
 def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """The larger of what is left on the logs of the fit and on those that validate."""
-    own = structured_share(fitted)
-    unseen = on_other_logs(fitted, prepared.validate)
-    if unseen is None:
-        return own
-    other = structured_share(unseen)
+    own, unseen = structured_share(fitted), with_other_logs(fitted, prepared.validate)
+    other = structured_share(unseen) if unseen else own
     return {c: max(own[c], other[c]) for c in own}
+
+
+def _undetermined(
+    prepared: Prepared, fitted: Fitted, left: dict[str, float], materiality: float
+) -> dict[str, float]:
+    """Error on unseen logs, per channel that has a material one, which the coefficients' own uncertainty allows."""
+    unseen = on_other_logs(fitted, prepared.validate)
+    share = structured_share(unseen) if unseen else {}
+    return {c: x for c, x in share.items() if x > materiality >= left[c]}
 
 
 def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality: float) -> Verdict:

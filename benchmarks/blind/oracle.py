@@ -30,9 +30,10 @@ from preprocess.trial import Trial
 from validate.candidates import candidates, screen
 from validate.diagnosis import Validation
 from validate.look_alikes import dropped
+from validate.other_logs import with_other_logs
 from validate.refits import refit
 from validate.scores import predictions, validation
-from validate.structure_left import on_other_logs, structured_share
+from validate.structure_left import structured_share
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -169,7 +170,7 @@ def consult(truth: Truth) -> dict[str, Any]:
 
 def _share(prepared: Prepared, full: Fitted) -> dict[str, float]:
     """Structure that is left per channel with the truth in: the larger of fitted and unseen logs'."""
-    own, unseen = structured_share(full), on_other_logs(full, prepared.validate)
+    own, unseen = structured_share(full), with_other_logs(full, prepared.validate)
     other = structured_share(unseen) if unseen else own
     return {c: max(own[c], other[c]) for c in own}
 

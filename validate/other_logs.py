@@ -1,0 +1,76 @@
+"""A fit looked at on other logs than its own, or on some of its windows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, replace
+
+import numpy as np
+
+from identify.base_fit import FAR, Fitted
+from identify.output_error import Prior, Reduced, solve
+from identify.stretch import Stretch
+from identify.windows import Moments, Problem, cut, first_states
+
+
+def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
+    """The same parameters on other stretches: only the windows' first states are fitted."""
+    problem = _other_problem(fitted, stretches)
+    if problem is None:
+        return None
+    tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
+    found = solve(
+        problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8
+    )
+    return Fitted(problem, tight, found) if np.isfinite(found.cost) else None
+
+
+def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
+    """Other stretches with the parameters free to follow as far as the fit's own logs leave them open.
+
+    Parameters that these logs do not determine predict others badly, and yet nothing is missing: the windows of both
+    are fitted together, from where the fit is, and those of the others are returned. Far from the noise the
+    parameters are held: what is missing there is not a matter of their intervals.
+    """
+    other = _other_problem(fitted, stretches)
+    if other is None or fitted.chi2_per_dof > FAR:
+        return on_other_logs(fitted, stretches)
+    own, n = fitted.problem, len(fitted.problem.windows)
+    moved = tuple(replace(w, stretch=w.stretch + len(own.stretches)) for w in other.windows)
+    both = replace(own, stretches=(*own.stretches, *other.stretches), windows=(*own.windows, *moved))
+    s = fitted.solution
+    first = np.vstack([s.first, first_states(other)])
+    found = solve(both, s.structure, s.p, first, fitted.prior, anchor=first_states(both), budget=8)
+    if not np.isfinite(found.cost):
+        return None
+    return of_windows(Fitted(other, fitted.prior, found), slice(n, None))
+
+
+def of_windows(fitted: Fitted, some: slice) -> Fitted:
+    """A fit with the solution of some windows alone."""
+    s = fitted.solution
+    left = Moments(s.moments.matrices[some], s.moments.residuals[some])
+    reduced = Reduced(*(x[some] for x in astuple(s.reduced)))
+    solution = replace(s, first=s.first[some], cost=left.cost, moments=left, reduced=reduced)
+    return replace(fitted, solution=solution)
+
+
+def _other_problem(fitted: Fitted, stretches: Sequence[Stretch]) -> Problem | None:
+    """Windows of other stretches, with the noise levels, weights and length of the fit's; None where there are none."""
+    if not stretches:
+        return None
+    scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
+    problem = cut(scaled, fitted.problem.length).weighted_as(fitted.problem)
+    return problem if problem.windows else None
+
+
+def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
+    """The stretch with the noise levels that were found on the others."""
+    level: dict[int, float] = {}
+    for s in problem.stretches:
+        for kind in np.unique(s.samples.kind):
+            level.setdefault(int(kind), float(s.samples.sigma[s.samples.kind == kind][0]))
+    sigma = np.array(
+        [level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)]
+    )
+    return replace(stretch, samples=replace(stretch.samples, sigma=sigma))
