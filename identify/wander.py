@@ -28,6 +28,8 @@ SHORTEST, MOST, TELLING = 1.0, 100, 250
 #: Time constants that are tried, s, and sizes, in units of the spread of the averages.
 TIMES = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 SIZES = np.geomspace(0.05, 20.0, 25)
+#: Errors whose slow averages are less than this times those of white noise are not looked at.
+QUIET = 1.1
 #: A drift is there where the log likelihood is larger with it by this much.
 GAIN = 3.0
 
@@ -70,7 +72,8 @@ class Reduction:
 
 def moved_by_wander(problem: Problem, solution: Solution, reduction: Reduction) -> FloatArray | None:
     """Covariance (np, np) of what a drift of the position moves the parameters by; None where none shows."""
-    blocks = _averaged(problem, solution)
+    slow = float(problem.inflation[kernel.POSITION] * problem.dispersion[kernel.POSITION])
+    blocks = _averaged(problem, solution) if slow > QUIET else None
     if blocks is None or len(blocks.t) < 12:
         return None
     through = np.einsum("bac,bcn->ban", blocks.slope, reduction.through[blocks.window])
