@@ -1,3 +1,4 @@
+# ruff: noqa: ANN001
 """Accuracy of preprocessing beside other methods; outliers; noise levels."""
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from benchmarks.preprocess_rivals import METHODS, given
 from preprocess.outliers import robust_three_sigma, sliding_three_sigma
 
 
-def accuracy(seeds: int) -> None:
+def accuracy(seeds: int, cases=CASES) -> None:
     print("RMSE of body velocities and accelerations (m/s, rad/s, m/s², rad/s²), median over seeds")
-    for case in CASES:
+    for case in cases:
         table: dict[str, list[np.ndarray]] = {}
         for seed in range(seeds):
             made = make(case, seed)
@@ -46,9 +47,9 @@ def accuracy(seeds: int) -> None:
                 )
 
 
-def outliers_and_levels(seeds: int) -> None:
+def outliers_and_levels(seeds: int, cases=CASES) -> None:
     print("\nnoise levels found ÷ true; recall and false alarms (default; plain 3σ; sliding 3σ alone)")
-    for case in CASES:
+    for case in cases:
         case = (*case[:4], 0.05)
         ratio: dict[str, list[float]] = {}
         count = np.zeros((3, 4))
@@ -67,12 +68,12 @@ def outliers_and_levels(seeds: int) -> None:
         print(f"  {case[0]:10s} {case[1]:8s} {levels} | {shown}")
 
 
-def levels_by_rate(seeds: int) -> None:
+def levels_by_rate(seeds: int, sailed=SAILED) -> None:
     print("\nnoise levels found ÷ true, mean (scatter) over vessels and seeds, by rate of the position")
     print("(heading twice, gyro four times as often, to 20 Hz; velocity as often as the position); 10 % lost")
     for rate in (1, 2, 5, 10, 20):
         ratio: dict[str, list[float]] = {}
-        for vessel, manoeuvre in SAILED:
+        for vessel, manoeuvre in sailed:
             for seed in range(seeds):
                 rates = dict(zip(NOISE, (rate, min(2 * rate, 20), min(4 * rate, 20), rate), strict=True))
                 sensors = {k: Imperfect(rates[k], s, 0.2, 0.1) for k, s in NOISE.items()}

@@ -16,14 +16,14 @@ RATES = {"position": 5, "heading": 10, "yaw_rate": 20}
 STREAMS = {"yaw_rate": "yaw_rate", "position": "position", "inputs": "the inputs"}
 
 
-def clocks(seeds: int) -> None:
+def clocks(seeds: int, sailed=SAILED) -> None:
     """Offsets of each stream in turn; inputs are logged at 10 Hz by a logger that knows nothing of the helm's ticks."""
     print("\nclock offsets at 5 Hz position (true −0.2, 0.1, 0.3 s in turn): bias ± scatter of those told, s")
     print(
         "(their mean standard error; least possible with the structure known / with every term of the simulator);"
     )
     print("share of 95 % intervals that hold the truth; told in so many logs")
-    for vessel, manoeuvre in SAILED:
+    for vessel, manoeuvre in sailed:
         shown = [f"  {vessel} {manoeuvre}"]
         truth = truth_of(vessel, manoeuvre, DURATION, 0)
         least = [bound(truth, every) for every in (False, True)]

@@ -8,12 +8,12 @@ import numpy as np
 from benchmarks.preprocess_cases import SAILED, Imperfect, sampled, trial_of, truth_of
 
 
-def wanders(seeds: int) -> None:
+def wanders(seeds: int, sailed=SAILED) -> None:
     print(
         "\nwander of the position, 0.03 L rms over 90 s, beside 0.02 m white: white ÷ true, wander per root of"
     )
     print("time ÷ true (0: not told from the motion), error of u and v ÷ stated (root mean square)")
-    for vessel, manoeuvre in SAILED:
+    for vessel, manoeuvre in sailed:
         for doppler in (False, True):
             rows = [wandering(vessel, manoeuvre, seed, doppler) for seed in range(seeds)]
             white, walk, pull = np.mean(rows, axis=0)

@@ -12,13 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from preprocess.chains import Assembled, Segments, Stream, assemble
-from preprocess.levels import Levels, estimate_levels
+from preprocess.levels import Levels, estimate_levels, thin_out
 from preprocess.trial import FloatArray
 
 #: No sensor is better than this, in SI units: a micrometre, a microradian; nor a rate than this share of what it shows.
 LEAST_NOISE, LEAST_SHARE = 1e-6, 1e-3
 #: Share of the noise that a sensor shows alone which it keeps at least.
 OWN_SHARE = 0.5
+#: Rows on which a sensor is looked at by itself, at most.
+MOST_ROWS = 4_000
 #: A heading's white noise cannot be larger than what its neighbouring samples show, times this.
 MOST_SHARE = 1.5
 
@@ -73,8 +75,9 @@ def own_noise(stream: Stream, segments: Segments) -> float:
     """Noise that a sensor shows by itself, without the others: a bound on what all together may claim."""
     alone = (replace(stream, order=0),)
     start, prior = first_guess(alone)
-    free = Bounds(np.zeros(1), np.full(1, np.inf))
-    levels = chain_levels(alone, assemble(alone, segments, np.empty(0)), start, prior, free)
+    assembled = assemble(alone, segments, np.empty(0))
+    rows, which = thin_out(assembled.rows, assembled.stream, MOST_ROWS)
+    levels = estimate_levels(rows, which, start, prior, np.array([stream.sigma]), np.zeros(1))
     return float(levels.sigma[0])
 
 

@@ -32,7 +32,7 @@ def yaw_rate_offset(heading: ChainResult, segments: Segments) -> ClockOffset | N
     compass, gyro = heading.streams[0], well_inside(heading.streams[1], parts)
     if int(gyro.good.sum()) < LEAST_SAMPLES:
         return None
-    guess, prior = first_guess(heading.streams)
+    guess, prior = first_guess(tuple(replace(s, sigma=float("nan")) for s in heading.streams))
     # an offset makes one of the two seem noisy: neither is noisier than it is by itself
     sigma = np.minimum(heading.levels.sigma, guess.sigma)
 

@@ -81,3 +81,30 @@ def test_long_logs_are_sampled_in_even_parts():
     assert (high - low).sum() * 20.0 == pytest.approx(12_000, rel=0.3)
     short = replace(stream, t=t[:100], value=t[:100, None], good=every[:100], candidate=every[:100])
     assert excerpts((short,), ((0.0, 5.0),)) == ((0.0, 5.0),)
+
+
+def test_a_gyro_that_is_noisy_beside_the_compass_is_as_noisy_as_it_shows_by_itself():
+    """Its scale is off: what contradicts the compass is no noise, and must not blur its clock."""
+    compass, gyro = turn(lambda t: 0.3 * np.sin(0.5 * t))
+    late = replace(gyro, t=gyro.t + 0.05, value=0.93 * gyro.value)
+    segments = ((0.0, 59.8),)
+    chain = smooth_chain((compass, late), segments, compass.t)
+    given = tuple(
+        replace(s, sigma=max(float(x), 0.02)) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)
+    )
+    plain, told = (yaw_rate_offset(c, segments) for c in (chain, replace(chain, streams=given)))
+    assert plain.offset == pytest.approx(0.15, abs=0.015)  # the sums of `turn` run ahead by half a step
+    assert told.offset == pytest.approx(plain.offset, abs=1e-6)
+
+
+def test_neither_of_two_sensors_that_contradict_each_other_is_followed_exactly():
+    """The scale of the gyro is off, and both are smooth: the compass is not called noisy for it, nor the gyro exact."""
+    t = np.arange(0.0, 80.0, 0.1)
+    rate = 0.3 * np.sin(0.4 * t) * np.sin(0.05 * t)
+    every, rng = np.ones(len(t), bool), np.random.default_rng(1)
+    psi = np.cumsum(rate) * 0.1 + rng.normal(0.0, 2e-4, len(t))
+    compass = Stream("heading", t, psi[:, None], 0, every, every)
+    gyro = Stream("yaw_rate", t, 0.94 * rate[:, None] + rng.normal(0.0, 1e-5, (len(t), 1)), 1, every, every)
+    chain = smooth_chain((compass, gyro), ((0.0, 79.9),), t)
+    assert chain.levels.sigma[0] < 1e-3
+    assert chain.levels.sigma[1] > 2e-3

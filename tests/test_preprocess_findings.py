@@ -50,7 +50,14 @@ def test_right_clocks_are_left_alone(vessel, manoeuvre):
 
 @pytest.mark.parametrize(
     ("vessel", "manoeuvre"),
-    [("usv", "zigzag"), ("tanker", "zigzag"), ("usv", "circle"), ("usv", "straight"), ("usv", "idle")],
+    [
+        ("usv", "zigzag"),
+        ("tanker", "zigzag"),
+        ("usv", "circle"),
+        ("usv", "straight"),
+        ("usv", "idle"),
+        ("usv", "spiral"),
+    ],
 )
 def test_manoeuvres_are_recognised(vessel, manoeuvre):
     trial = trial_of(vessel, manoeuvre)
