@@ -153,10 +153,11 @@ def settled(fitted: Fitted) -> Fitted:
     """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
     structure = fitted.solution.structure
     here = under(calibrated(fitted.problem, fitted.solution), fitted, 20)
-    if here.chi2_per_dof < NEAR:
-        return here
     p = _effects_alone(structure, here.solution.p)
-    anew = fit_from_scratch(structure, fitted.problem.stretches, p, length=fitted.problem.length)
+    rounds = 0 if here.chi2_per_dof < NEAR else 2
+    anew = fit_from_scratch(
+        structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
+    )
     there = under(here.problem, anew, 20)
     if not there.solution.total < here.solution.total:
         return here
