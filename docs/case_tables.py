@@ -99,6 +99,8 @@ def candidates(case: Case) -> str:
     if not rounds:
         return "No candidate was tried."
     parts, name = [], short(case.names())
+    if any(e["name"] == "input_wiring" for e in case.report["diagnosis"]["effects"]):
+        parts.append("The wiring was settled before these rounds, by a test of its own.")
     for k in dict.fromkeys((0, len(rounds) - 1)):
         r = rounds[k]
         tried = [c for c in r["candidates"] if not (c["note"] or "").startswith("not refitted")][:6]
