@@ -51,7 +51,10 @@ class ClockOffset:
     def __str__(self) -> str:
         amount = f"{abs(self.offset):.3f} ± {self.stderr:.3f}"
         late = "later" if self.offset > 0 else "earlier"
-        return f"The stamps of {self.stream} are {amount} s {late} than those of {self.against} say."
+        said = f"The stamps of {self.stream} are {amount} s {late} than those of {self.against} say."
+        if self.stream != "the inputs" or self.offset > 0.0:
+            return said
+        return f"{said} A delay or a lag of the actuators would look the same."
 
 
 def parabola_minimum(tau: FloatArray, value: FloatArray) -> tuple[float, float]:
