@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from preprocess_samples import Imperfect, at, sampled, truth_of
 
+from preprocess.commanded import changes
 from preprocess.ends import outermost
 from preprocess.gaps import widened
 from preprocess.judge import Judged
 from preprocess.outliers import sliding_three_sigma
 from preprocess.run_of_log import LoggedRun
+from preprocess.trial import Measurement
 from preprocess.trials import make_trials
 
 DEMO = Path(__file__).parents[1] / "fixtures" / "demo" / "campaign.toml"
@@ -150,3 +152,12 @@ def test_the_demo_moves_as_a_vessel_does():
         gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
         for part in np.array_split(gap[compass.good], 5):
             assert abs(part.mean()) < 4.0 * 0.006 / np.sqrt(len(part)), trial.name
+
+
+def test_before_its_first_sample_an_input_counts_as_just_changed():
+    """A log may begin in mid-manoeuvre: its first accelerations are no surer than those after a step."""
+    value = np.array([0.0, 0.0, 1.0, 1.0, 0.5])
+    m = Measurement("rudder", np.arange(5.0), value, 0.0, np.ones(5, bool), held=True)
+    t, jump = changes({"rudder": m})
+    np.testing.assert_allclose(t, np.arange(5.0))
+    np.testing.assert_allclose(jump, [0.625, 0.0, 1.0, 0.0, 0.25])
