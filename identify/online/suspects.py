@@ -55,6 +55,8 @@ class Suspect:
         Of the gain, the number of candidates counted.
     left : float
         Errors that it leaves, in standard deviations above what they should be.
+    p : (np,)
+        All parameters, the effect's among them.
     """
 
     active: Active
@@ -62,6 +64,7 @@ class Suspect:
     gain: float
     p_value: float
     left: float
+    p: FloatArray
 
     @property
     def label(self) -> str:
@@ -112,8 +115,9 @@ def candidates(structure: Structure) -> list[Active]:
 
 
 def suspects(
-    structure: Structure, known: Estimate, noise: Noise, blocks: Sequence[Stretch], scale: float
-) -> Suspicion:
+    structure: Structure, known: Estimate, noise: Noise, blocks: Sequence[Stretch], scale: float,
+    earlier: Suspicion | None = None,
+) -> Suspicion:  # fmt: skip
     """Try every candidate on the blocks since a change.
 
     Parameters
@@ -126,6 +130,8 @@ def suspects(
     blocks : sequence of Stretch
     scale : float
         Mean of the squared whitened errors before the change, over what it should have been.
+    earlier : Suspicion, optional
+        What fewer of the blocks looked like; its effects are searched for from where they were found, too.
     """
     weights = replace(noise, inflation=noise.inflation * noise.dispersion)
     since = tuple(with_noise(replace(b, name=SINCE), noise) for b in blocks)
@@ -135,8 +141,10 @@ def suspects(
     if alone is None:
         return Suspicion((), float("inf"), 0.0)
     tried = candidates(structure)
+    found_before = {s.active.label: s.p for s in (earlier.suspects if earlier else ())}
     screened = sorted(
-        (s for a in tried for s in _starts(structure, known, a, since, weights)), key=lambda s: s.promised
+        (s for a in tried for s in _starts(structure, known, a, since, weights, found_before.get(a.label))),
+        key=lambda s: s.promised,
     )
     found: dict[str, Suspect] = {}
     for start in screened:
@@ -150,7 +158,7 @@ def suspects(
         count = sum(s.effect == len(structure.actives) for s in fitted.structure.slots)
         p_value = min(1.0, float(stats.chi2.sf(gain, count)) * len(tried))
         left = _excess(_misfit(fitted, since, noise), freedom, scale)
-        found[active.label] = Suspect(active, _readable(fitted), gain, p_value, left)
+        found[active.label] = Suspect(active, _readable(fitted), gain, p_value, left, fitted.p)
     ranked = tuple(sorted(found.values(), key=lambda s: -s.gain))
     return Suspicion(ranked, _excess(_misfit(alone, since, noise), freedom, scale), sum(map(duration, since)))
 
@@ -194,14 +202,15 @@ def marginal(information: FloatArray, kept: np.ndarray[tuple[int, ...], np.dtype
 
 
 def _starts(
-    base: Structure, known: Estimate, active: Active, since: tuple[Stretch, ...], weights: Noise
-) -> list[_Start]:
-    """An effect at each of the values where a search for it begins."""
+    base: Structure, known: Estimate, active: Active, since: tuple[Stretch, ...], weights: Noise,
+    before: FloatArray | None,
+) -> list[_Start]:  # fmt: skip
+    """An effect at each of the values where a search for it begins, and where it was found ``before``."""
     wide = base.with_effect(active)
     at_null = wide.carried(known.p, base)
     mine = [k for k, s in enumerate(wide.slots) if s.effect == len(base.actives) and s.coefficient < 0]
     lists = [wide.slots[k].parameter.starts or (wide.slots[k].parameter.null,) for k in mine]
-    found = []
+    found = [] if before is None else [_start(base, known, wide, before, since, weights)]
     for j in range(max(map(len, lists), default=1)):
         p = at_null.copy()
         p[mine] = [x[j % len(x)] for x in lists]

@@ -176,7 +176,8 @@ class Estimator:
         if change.asked < len(ASK_AT_S) and seconds >= ASK_AT_S[change.asked] - 1e-6:
             scale = self.monitor.size.mean
             noise = change.before.noise
-            found = suspects(change.before.structure, change.known, noise, change.blocks, scale)
+            earlier = change.suspicion
+            found = suspects(change.before.structure, change.known, noise, change.blocks, scale, earlier)
             change = replace(change, asked=change.asked + 1, suspicion=found)
             yield Note(s.end, looks_like(found), warning=True)
         self.change = self.changes[-1] = change
