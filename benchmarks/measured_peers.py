@@ -83,14 +83,17 @@ def vessel_manoeuvring_models_runs(h: float, runs: Runs) -> list[Any]:
     import pandas as pd
     from vessel_manoeuvring_models.models import vmm_abkowitz_no_thrust as model
     from vessel_manoeuvring_models.models.brix_coefficients import calculate
-    from vessel_manoeuvring_models.models.regression import MotionRegression
+    from vessel_manoeuvring_models.models.force_from_motion import predict_force
+    from vessel_manoeuvring_models.models.regression import ForceRegression
 
     tables = [(_as_table(pd, h, x, d), used) for x, d, used in runs]
-    masses = calculate(pd.DataFrame({"value": PARTICULARS}))["prime"].dropna()
-    found = MotionRegression(
-        vmm=model.vmm_abkowitz, data=pd.concat([t for t, used in tables if used]),
-        added_masses={k: float(v) for k, v in masses.items() if k.endswith("dot")},
-        ship_parameters=PARTICULARS, exclude_parameters={"Ythrustdelta": 0.0}, connect_equations_Y_N_rudder=False,
+    masses = calculate(pd.DataFrame(PARTICULARS, index=["value"]))["prime"].dropna()
+    added = {k: float(v) for k, v in masses.items() if k.endswith("dot")}
+    ours = pd.concat([t for t, used in tables if used])
+    forces = predict_force(ours, added_masses=added, ship_parameters=PARTICULARS, vmm=model.vmm_abkowitz)
+    found = ForceRegression(
+        vmm=model.vmm_abkowitz, data=forces, added_masses=added, ship_parameters=PARTICULARS,
+        exclude_parameters={"Ythrustdelta": 0.0}, connect_equations_Y_N_rudder=False,
     )  # fmt: skip
     simulator = found.create_model(control_keys=["delta", "thrust"])
     return [_simulated(simulator, t) for t, _ in tables]
@@ -106,9 +109,12 @@ def _as_table(pd: Any, h: float, x: Any, d: Any) -> Any:
 
 
 def _simulated(simulator: Any, table: Any) -> Any:
-    """Free run (n, 3) of the library's own simulator; NaN from where it gave up."""
+    """Free run (n, 3) of the library's own simulator; NaN from where it gave up, all of it where it raised."""
     out = np.full((len(table), 3), np.nan)
-    found = simulator.simulate(table, method="RK45").result[["u", "v", "r"]].to_numpy(dtype=float)
+    try:
+        found = simulator.simulate(table, method="RK45").result[["u", "v", "r"]].to_numpy(dtype=float)
+    except ValueError:
+        return out
     out[: len(found)] = found[: len(out)]
     return out
 
