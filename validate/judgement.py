@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
+from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
 from identify.noise import calibrated, dispersed_cost
 from identify.output_error import solve
 from identify.windows import Problem, first_states
@@ -25,7 +25,7 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
-#: Far from the noise, so many of the best candidates are fitted again from the beginning.
+#: Off the noise, so many of the best candidates are fitted again from the beginning.
 AGAIN = 3
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
@@ -86,7 +86,7 @@ def judge(
     refitted = raced(base, finalists, pace)
     if not refitted:
         return base, []
-    if base.chi2_per_dof > FAR:
+    if base.chi2_per_dof > NEAR:
         refitted = sorted(refitted, key=lambda x: x[1].solution.total)
         pace.expect(2 * AGAIN + 1, pace.left)
         refitted = [(s, anew(f, pace)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]
@@ -116,9 +116,12 @@ def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:
             structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=0
         )
         other = under(fitted.problem, replace(scratch, prior=fitted.prior), 20)
-        if not other.solution.total < 0.98 * best.solution.total:
+        if not other.solution.total < best.solution.total:
             return best
+        enough = other.solution.total > 0.98 * best.solution.total
         best = other
+        if enough:
+            return best
     return best
 
 

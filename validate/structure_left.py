@@ -38,8 +38,11 @@ def window_errors(
     return np.vstack(errors), np.vstack(variances)
 
 
-def structured_share(fitted: Fitted) -> dict[str, float]:
+def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[str, float]:
     """Per channel: structured part of the windows' prediction error over the channel's standard deviation.
+
+    The standard deviation is that of the fit's logs and of those ``besides``: a log that holds one course and speed has
+    hardly any of its own.
 
     Taken off are the smoother's own variance, what the sampling of the inputs leaves open, and the part of what is
     left that noise of the sensors can account for, white or wandering: where the errors of the raw measurements are
@@ -48,7 +51,8 @@ def structured_share(fitted: Fitted) -> dict[str, float]:
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
     variance = variance + _from_input_timing(fitted)
-    spread = np.vstack([s.states[:, 3:6] for s in fitted.problem.stretches]).std(axis=0) + 1e-12
+    logs = (*fitted.problem.stretches, *besides)
+    spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
     left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}

@@ -43,7 +43,7 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
 def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """The larger of what is left on the logs of the fit and on those that validate."""
     own, unseen = structured_share(fitted), with_other_logs(fitted, prepared.validate)
-    other = structured_share(unseen) if unseen else own
+    other = structured_share(unseen, prepared.identify) if unseen else own
     return {c: max(own[c], other[c]) for c in own}
 
 
@@ -52,7 +52,7 @@ def _undetermined(
 ) -> dict[str, float]:
     """Error on unseen logs, per channel that has a material one, which the coefficients' own uncertainty allows."""
     unseen = on_other_logs(fitted, prepared.validate)
-    share = structured_share(unseen) if unseen else {}
+    share = structured_share(unseen, prepared.identify) if unseen else {}
     return {c: x for c, x in share.items() if x > materiality >= left[c]}
 
 

@@ -171,7 +171,7 @@ def consult(truth: Truth) -> dict[str, Any]:
 def _share(prepared: Prepared, full: Fitted) -> dict[str, float]:
     """Structure that is left per channel with the truth in: the larger of fitted and unseen logs'."""
     own, unseen = structured_share(full), with_other_logs(full, prepared.validate)
-    other = structured_share(unseen) if unseen else own
+    other = structured_share(unseen, prepared.identify) if unseen else own
     return {c: max(own[c], other[c]) for c in own}
 
 
