@@ -199,15 +199,16 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
 
 
 def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    """Fit a structure that stays far from the noise: over whole logs, where the model can follow those at all.
+    """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
 
-    Whole logs are fitted by windows that are joined ever more firmly. Coefficients of a model that cannot follow them
-    would only be bent to what it lacks; then the lengths of windows decide as for any other.
+    Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
+    left out best: coefficients that are only bent to what the model lacks do not get far. Else the lengths of windows
+    decide as for any other.
     """
     quick = fit_for_prediction(structure, stretches)
     with suppress(NotIdentifiable):
         joined = _by_joined_windows(structure, stretches)
-        if free_running_misfit(joined) < min(FOLLOWS, free_running_misfit(quick)):
+        if free_running_misfit(joined) < free_running_misfit(quick):
             return joined
     return quick
 
