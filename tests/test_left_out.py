@@ -31,7 +31,9 @@ def test_the_prior_that_predicts_logs_left_out_best_is_taken():
 def test_with_few_logs_nothing_is_left_out():
     prepared = sample("zigzag", "random")
     assert groups_of(prepared.identify) == []
-    found, plain = (f(prepared.structure, prepared.identify) for f in (joined_regularised, joined_from_simple))
+    found, plain = (
+        f(prepared.structure, prepared.identify) for f in (joined_regularised, joined_from_simple)
+    )
     assert found is not None and plain is not None
     assert np.array_equal(found.joined.p, plain.p)
     assert found.error == np.inf
