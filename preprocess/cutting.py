@@ -60,7 +60,8 @@ def _parts_of(trial: Trial, segment: tuple[float, float]) -> list[_Part]:
     if s is None:
         return [_Part(*segment)]
     speed = s.speed + 0.5 * trial.vessel.length * np.abs(s.r)
-    idle = long_runs((speed < idle_speed(trial.vessel.length)) & ~_acting(trial, s.t), s.t, IDLE)
+    slow = _to_the_ends(speed < idle_speed(trial.vessel.length), s.t)
+    idle = long_runs(slow & ~_acting(trial, s.t), s.t, IDLE)
     out: list[_Part] = []
     for low, high, rests in _runs(s.t, _eroded(idle, s.t, MARGIN)):
         here = (s.t >= low) & (s.t <= high)
@@ -70,6 +71,15 @@ def _parts_of(trial: Trial, segment: tuple[float, float]) -> list[_Part]:
             out += _manoeuvres(s.t[here], s.psi[here], s.speed[here], trial.vessel.length)
     out[0] = replace(out[0], start=segment[0])
     out[-1] = replace(out[-1], end=segment[1])
+    return out
+
+
+def _to_the_ends(flag: BoolArray, t: FloatArray) -> BoolArray:
+    """Runs of ``flag`` taken on to both ends where less than the margin is missing: speeds are least known there."""
+    out = flag.copy()
+    for low, high, value in _runs(t, flag):
+        if not value and high - low < MARGIN and (low == t[0] or high == t[-1]):
+            out |= (t >= low) & (t <= high)
     return out
 
 
