@@ -15,6 +15,7 @@ from identify.kernel import CHANNEL, NM
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch, sampled
 from identify.structure import Structure
+from preprocess.trial import Measurement
 from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -103,9 +104,12 @@ def actuators_of(
     lead = _lead(structure, p)
     late = {i.name: edges + lead - _delay(structure, values, i.name) for i in structure.inputs}
     series = {n: sampled(stretch.inputs[n], at) for n, at in late.items()}
+    switching = {
+        i.name: _switching(i, stretch.inputs[i.name], series[i.name], late[i.name]) for i in structure.inputs
+    }
     for active in structure.actives:
         if active.effect.rewire:
-            series = active.effect.rewire(active.variant.options, series)
+            series, switching = (active.effect.rewire(active.variant.options, x) for x in (series, switching))
     for active, v in zip(structure.actives, values, strict=True):
         name = active.variant.input
         if active.effect.actuator and name is not None:
@@ -113,10 +117,7 @@ def actuators_of(
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     for item in structure.inputs:
         if item.kind in THRUSTING:
-            force = thrust(item, series[item.name])
-            if _as_logged(structure, item, stretch):
-                logged = stretch.inputs[item.name]
-                force = sampled(replace(logged, value=thrust(item, logged.value)), late[item.name])
+            force = thrust(item, series[item.name]) + switching[item.name]
             for active, v in zip(structure.actives, values, strict=True):
                 if active.effect.gain and active.variant.input in (None, item.name):
                     force = force * active.effect.gain(v, time)
@@ -124,15 +125,15 @@ def actuators_of(
     return series
 
 
-def _as_logged(structure: Structure, item: Input, stretch: Stretch) -> bool:
-    """Whether an input holds its values and acts as it is logged: the mean thrust is then that of its values' thrusts.
+def _switching(item: Input, logged: Measurement, mean: FloatArray, edges: FloatArray) -> FloatArray:
+    """Mean thrust of a held input over each part of a step less the thrust of its ``mean``: where it switches within.
 
-    Where it switches within a part of a step, the thrust of the mean would make the switch seem some milliseconds off.
+    Without it the switch would seem some milliseconds off. It stays whatever acts on the input: an effect of no size
+    must change nothing.
     """
-    acted_on = any(
-        a.effect.rewire or (a.effect.actuator and a.variant.input == item.name) for a in structure.actives
-    )
-    return stretch.inputs[item.name].held and item.law != "linear" and not acted_on
+    if item.kind not in THRUSTING or item.law == "linear" or not logged.held:
+        return np.zeros(len(mean))
+    return sampled(replace(logged, value=thrust(item, logged.value)), edges) - thrust(item, mean)
 
 
 def _lead(structure: Structure, p: FloatArray) -> float:

@@ -100,10 +100,14 @@ def test_the_library_is_the_contracts():
     assert {e.name for e in EFFECTS} >= set(CONTRACT) - {"waves"}
 
 
+@pytest.mark.parametrize("held", [False, True], ids=["lines", "held"])
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: f"{e.name}-{e.place}")
-def test_at_its_null_an_effect_changes_nothing(effect):
+def test_at_its_null_an_effect_changes_nothing(effect, held):
     structure = structure_of("modulus", (RUDDER, PROPELLER, *MOTORS), wind_logged=effect.parameters == ())
     stretch = stretch_of((RUDDER, PROPELLER, *MOTORS))
+    stretch = replace(
+        stretch, inputs={n: replace(m, held=held, t=m.t + 0.0071) for n, m in stretch.inputs.items()}
+    )
     p = parameters_of(structure)
     for variant in effect.variants(structure.setting):
         if effect.rewire:
