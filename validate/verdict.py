@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.base_fit import FAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
 from validate.advice import advice_for
@@ -51,6 +51,8 @@ def _undetermined(
     prepared: Prepared, fitted: Fitted, left: dict[str, float], materiality: float
 ) -> dict[str, float]:
     """Error on unseen logs, per channel that has a material one, which the coefficients' own uncertainty allows."""
+    if fitted.chi2_per_dof > FAR:
+        return {}
     unseen = on_other_logs(fitted, prepared.validate)
     share = structured_share(unseen, prepared.identify) if unseen else {}
     return {c: x for c, x in share.items() if x > materiality >= left[c]}
