@@ -188,4 +188,10 @@ def signals() -> list[str]:
         *table(("name", "symbol", "unit", "frame", "what it is"), rows),
         "Columns of `predictions/*.parquet`: `t`, `utc_ns` where known, `role`, the states `x y psi u v r`, the same",
         "with `_measured`, `_before` and `_after`, and every input under its name in `campaign.toml`.",
+        "",
+        "Columns of `trial/*.parquet`, one row per time of any sensor or input: `t`, `utc_ns` where known, `role`,",
+        "`part` (of a log that is several trials), the smoothed states and accelerations with `sigma_` of each where",
+        "`is_state`, every input under its name; the samples of each sensor and input as `heading_measured`,",
+        "`position_measured_north`, …, with `_good` where they were used. Units are in the columns' metadata; vessel,",
+        "noise levels and history in the file's. `preprocess.restore.read_trials` makes trials of it again.",
     ]

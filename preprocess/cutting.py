@@ -214,7 +214,8 @@ def _within(t: FloatArray, part: _Part, first: bool, last: bool) -> BoolArray:
 
 def _samples(m: Measurement, part: _Part, first: bool, last: bool) -> Measurement:
     keep = _within(m.t, part, first, last)
-    return replace(m, t=m.t[keep], value=m.value[keep], good=m.good[keep])
+    weight = None if m.weight is None else m.weight[keep]
+    return replace(m, t=m.t[keep], value=m.value[keep], good=m.good[keep], weight=weight)
 
 
 def _clipped(segments: Segments, part: _Part) -> Segments:

@@ -44,6 +44,9 @@ class Measurement:
         0 where there is none.
     wander : float
         Standard deviation of that correlated noise, per component, in the value's unit.
+    weight : (n,), optional
+        Variance of each sample's white noise as a multiple of ``sigma`` squared, where the sensor's own word on its
+        accuracy is followed; None: all samples are alike.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Measurement:
     held: bool = False
     correlation_time: float = 0.0
     wander: float = 0.0
+    weight: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from fixtures.manoeuvres import make_manoeuvre
 from fixtures.simulator import Truth, simulate
 from fixtures.vessels import make_vessel
 from ingest.log import Log
+from preprocess.trial import Trial
 from preprocess.vessel import Input, Sensor, Vessel
 
 
@@ -111,3 +112,22 @@ def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> S
     inputs = [Input(n, "thruster", f"act.{n}", unit="N") for n in names]
     vessel = Vessel(truth.vessel.name, truth.vessel.length, truth.vessel.beam, antenna=antenna)
     return Sampled(truth, Log(Path("made.csv"), "csv", tables), bad, declared, inputs, vessel)
+
+
+def assert_same_trial(one: Trial, other: Trial) -> None:
+    """Two trials alike to the last bit, in every field."""
+    pd.testing.assert_frame_equal(one.states, other.states.reset_index(drop=True), check_exact=True)
+    for kind in ("measurements", "inputs"):
+        mine, theirs = getattr(one, kind), getattr(other, kind)
+        assert list(mine) == list(theirs)
+        for k, m in mine.items():
+            for part in ("t", "value", "good", "weight"):
+                a, b = getattr(m, part), getattr(theirs[k], part)
+                assert (a is None) == (b is None), (k, part)
+                if a is not None:
+                    np.testing.assert_array_equal(a, b)
+            bare = [replace(x, t=0, value=0, good=0, weight=0) for x in (m, theirs[k])]
+            assert bare[0] == bare[1]
+    for field in fields(Trial):
+        if field.name not in ("states", "measurements", "inputs"):
+            assert getattr(one, field.name) == getattr(other, field.name), field.name

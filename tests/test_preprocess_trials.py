@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from preprocess_samples import Imperfect, sampled, table, truth_of
+from preprocess_samples import table
 
 from ingest.errors import CampaignError, MissingQuantity, MissingSignal
 from ingest.log import Log, Source
@@ -16,7 +16,6 @@ from preprocess import frames
 from preprocess.actuators import calibrate
 from preprocess.gaps import covered, intersect
 from preprocess.run_of_log import LoggedRun
-from preprocess.storage import read_trial, write_trial
 from preprocess.trials import make_trials
 from preprocess.vessel import Input, Sensor, Vessel
 
@@ -293,48 +292,6 @@ def test_tangent_plane_agrees_with_the_radii_of_curvature(lat, lon, dlat, dlon):
         a / np.sqrt(w) * np.cos(np.radians(lat)) * np.radians(dlon),
     )
     np.testing.assert_allclose(out, [north, east], atol=5.0)
-
-
-def test_a_trial_is_written_and_read_back_equal(tmp_path):
-    sensors = {
-        "position": Imperfect(5.0, 0.02, outliers=0.02),
-        "heading": Imperfect(10.0, 0.01),
-        "velocity": Imperfect(2.0, 0.05),
-    }
-    made = sampled(truth_of("usv", "zigzag", 40.0), **sensors)
-    log = replace(made.log, utc_ns=1_778_749_200_000_000_000)
-    (trial,) = make_trials([LoggedRun("a.csv", log, "identify")], made.vessel, made.inputs, made.sensors)
-    write_trial(trial, tmp_path / "trial" / "a.csv.parquet")
-    back = read_trial(tmp_path / "trial" / "a.csv.parquet")
-    pd.testing.assert_frame_equal(back.states, trial.states.reset_index(drop=True))
-    for name in (
-        "name",
-        "role",
-        "vessel",
-        "inputs_declared",
-        "segments",
-        "start",
-        "utc_ns",
-        "origin",
-        "manoeuvre",
-        "findings",
-        "depth",
-    ):
-        assert getattr(back, name) == getattr(trial, name), name
-    for mine, theirs in ((trial.measurements, back.measurements), (trial.inputs, back.inputs)):
-        assert list(mine) == list(theirs)
-        for k, m in mine.items():
-            np.testing.assert_array_equal(theirs[k].t, m.t)
-            np.testing.assert_array_equal(theirs[k].value, m.value)
-            np.testing.assert_array_equal(theirs[k].good, m.good)
-            assert replace(theirs[k], t=0, value=0, good=0) == replace(m, t=0, value=0, good=0)
-    assert [s.action for s in back.history] == [s.action for s in trial.history]
-
-
-def test_another_parquet_file_is_no_trial(tmp_path):
-    pd.DataFrame({"a": [1]}).to_parquet(tmp_path / "x.parquet")
-    with pytest.raises(ValueError, match=r"seatrial\.trial/1"):
-        read_trial(tmp_path / "x.parquet")
 
 
 def degenerate(t, position, psi):

@@ -2,17 +2,20 @@
 
 import json
 from dataclasses import replace
+from pathlib import PurePath
 
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 from hypothesis import given
 from hypothesis import strategies as st
+from preprocess_samples import assert_same_trial
 from results_example import STATES, example_results
 
+from preprocess.columns import sampled
+from preprocess.restore import read_trials
 from preprocess.trial import Measurement
 from validate.report.names import file_names, slug
-from validate.report.tables import sampled
 from validate.report_files import write_results
 
 
@@ -49,17 +52,26 @@ def test_a_state_that_is_not_predicted_is_there_and_empty(tmp_path):
 
 def test_trials_keep_uncertainty_units_and_history(example_folder, example):
     file = pq.ParquetFile(example_folder / "trial" / "circle1.nmea.parquet")
-    table = file.read().to_pandas()
-    trial = example.trials[1]
-    np.testing.assert_array_equal(table["sigma_u"], trial.states["sigma_u"])
-    np.testing.assert_array_equal(table["rudder"], trial.inputs["rudder"].value)
+    table, trial = file.read().to_pandas(), example.trials[1]
+    assert table["t"].is_monotonic_increasing and table["t"].is_unique
+    rows = table[table["is_state"]]
+    np.testing.assert_array_equal(rows["sigma_u"], trial.states["sigma_u"])
+    np.testing.assert_array_equal(rows["rudder"], trial.inputs["rudder"].value)
     part = json.loads(file.schema_arrow.metadata[b"parts"])[0]
     assert part["history"][0] == {
         "action": "outliers",
         "arguments": {"quantity": "position", "threshold": 4.0},
     }
     assert part["origin"] == list(trial.origin)
-    assert file.schema_arrow.field("sigma_r").metadata[b"unit"] == b"rad/s"
+    unit = {f.name: f.metadata[b"unit"].decode() for f in file.schema_arrow}
+    shown = ("sigma_r", "rudder", "rudder_measured", "position_measured_east", "heading_measured_good")
+    assert [unit[k] for k in shown] == ["rad/s", "rad", "rad", "m", "1"]
+
+
+def test_the_trials_of_the_results_folder_are_read_back_equal(example_folder, example):
+    for trial in example.trials:
+        (back,) = read_trials(example_folder / "trial" / f"{PurePath(trial.name).name}.parquet")
+        assert_same_trial(back, trial)
 
 
 def test_commands_are_held_and_sensors_interpolated():

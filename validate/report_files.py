@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from preprocess.storage import write_folder
 from validate.diagnosis import Results
 from validate.report.contents import report_of
 from validate.report.model_file import write_model
 from validate.report.names import file_names
 from validate.report.schema import to_json
-from validate.report.tables import write_predictions, write_trials
+from validate.report.tables import write_predictions
 from validate.report.units import with_input_units
 
 
@@ -38,7 +39,7 @@ def write_results(results: Results, folder: Path) -> dict[str, Path]:
     files = file_names([*results.predictions, *(t.name for t in results.trials)])
     fit = results.after
     facts = {"model": fit.model, "estimator": fit.estimator, "optimiser": fit.optimiser, "digest": fit.digest}
-    write_trials(results.trials, paths["trial"], files)
+    write_folder(results.trials, paths["trial"], files)
     write_predictions(results.predictions, fit.inputs, paths["predictions"], files, facts)
     write_model(fit, paths["model.json"], {"campaign": results.campaign, "equations": results.equations})
     paths["report.json"].write_text(to_json(report_of(results)), encoding="utf-8")

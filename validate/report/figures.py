@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from preprocess.columns import input_unit
 from preprocess.trial import FloatArray, Trial
 from validate.report.svg import BETWEEN, BOTTOM, HEIGHT, TOP, Axes, Series, finite_range, limits_of, stack
-from validate.report.tables import input_unit
 
 DEG = 180.0 / np.pi
 #: channel, what it is, unit for reading, factor from SI

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from identify.fit import Fit, FittedEffect
+from preprocess.columns import input_unit
 from validate.diagnosis import Diagnosis, Results
-from validate.report.tables import input_unit
 
 #: What the effects of an actuator are declared in.
 PLACEHOLDER = "input's unit"
