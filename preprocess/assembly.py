@@ -19,10 +19,11 @@ from preprocess.gaps import find_segments, widened
 from preprocess.judge import Judged, judge
 from preprocess.raw import Raw, kept
 from preprocess.smoother import ChainResult, at_origin, states, to_earth
+from preprocess.smoothing import motion
 from preprocess.stated import all_heard
 from preprocess.trial import FloatArray, Measurement, Step
 from preprocess.turning import smooth_track
-from preprocess.vessel import Vessel
+from preprocess.vessel import Smoothing, Vessel
 
 if TYPE_CHECKING:
     from preprocess.trials import Gathered
@@ -41,7 +42,9 @@ class Made:
     history: tuple[Step, ...]
 
 
-def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
+def process(
+    g: Gathered, vessel: Vessel, bounds: tuple[float, float], smoothing: Smoothing | None = None
+) -> Made:
     """Make one part of a log into the pieces of a trial.
 
     Parameters
@@ -49,6 +52,8 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     g : Gathered
     vessel : Vessel
     bounds : (start, end) s
+    smoothing : Smoothing, optional
+        How the motion is made; samples, levels and clocks are judged by the default smoother in any case.
     """
     judged = {k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()}
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
@@ -77,6 +82,7 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
     offsets = clock_offsets(heading, position, table, segments, None if turning else inputs)
     found = manoeuvres_of(table, segments, inputs, vessel.length)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words))
+    made, observed = motion(smoothing or Smoothing(), track, heading, segments)
     history = (
         *(Step("set_aside", {"quantity": k, **j.reasons}) for k, j in judged.items() if j.reasons),
         *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),
@@ -91,8 +97,9 @@ def process(g: Gathered, vessel: Vessel, bounds: tuple[float, float]) -> Made:
                 for o in offsets
             },
         ),
+        *observed,
     )
-    return Made(measurements, inputs, table, segments, longest_kind(found), findings, history)
+    return Made(measurements, inputs, made, segments, longest_kind(found), findings, history)
 
 
 def _named(chain: ChainResult) -> dict[str, float]:

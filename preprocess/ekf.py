@@ -7,12 +7,15 @@ al. (2022); the default smoother uses later samples too and has no linearisation
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from preprocess.trial import FloatArray
+
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
 @dataclass(frozen=True)
@@ -64,25 +67,89 @@ def _step(x, p, dt, q, f, work):  # type: ignore[no-untyped-def]  # noqa: ANN001
 
 
 @njit(cache=True)
-def _take(x, p, k, value, variance, gain, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    s, e = p[k, k] + variance, value - x[k]
-    for i in range(9):
-        gain[i], row[i] = p[i, k] / s, p[k, i]
-    for i in range(9):
-        x[i] += gain[i] * e
-        for j in range(9):
-            p[i, j] -= gain[i] * row[j]
+def _sight(x, which, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """What a sensor shows of the state, and its sensitivities: a state, or the velocity north (9) or east (10)."""
+    row[:] = 0.0
+    if which < 9:
+        row[which] = 1.0
+        return x[which]
+    c, s = np.cos(x[2]), np.sin(x[2])
+    if which == 9:
+        row[2], row[3], row[4] = -x[3] * s - x[4] * c, c, -s
+        return x[3] * c - x[4] * s
+    row[2], row[3], row[4] = x[3] * c - x[4] * s, s, c
+    return x[3] * s + x[4] * c
 
 
 @njit(cache=True)
-def _filter(t, which, value, variance, q, x, p, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _take(x, p, which, value, variance, gain, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Take a sample; -2 log likelihood of its innovation is returned."""
+    e = value - _sight(x, which, row)
+    s = variance
+    for i in range(9):
+        gain[i] = 0.0
+        for j in range(9):
+            gain[i] += p[i, j] * row[j]
+        s += row[i] * gain[i]
+    for i in range(9):
+        x[i] += gain[i] / s * e
+        for j in range(9):
+            p[i, j] -= gain[i] * gain[j] / s
+    return e * e / s + np.log(s)
+
+
+@njit(cache=True)
+def _filter(t, which, value, variance, q, x, p, out, spread):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     f, work, gain, row = np.eye(9), np.zeros((9, 9)), np.zeros(9), np.zeros(9)
+    total = 0.0
     for i in range(len(t)):
         if i > 0 and t[i] > t[i - 1]:
             _step(x, p, t[i] - t[i - 1], q, f, work)
-        _take(x, p, which[i], value[i], variance[i], gain, row)
+        total += _take(x, p, which[i], value[i], variance[i], gain, row)
         for j in range(9):
             out[i, j] = x[j]
+            spread[i, j] = p[j, j]
+    return total
+
+
+@dataclass(frozen=True)
+class Sights:
+    """Samples in the order of time: which state (0…8), or velocity north (9) or east (10); (n,) each."""
+
+    t: FloatArray
+    which: IntArray
+    value: FloatArray
+    variance: FloatArray
+
+
+def in_order(parts: Sequence[tuple[FloatArray, FloatArray, int, float]]) -> Sights:
+    """Samples of several sensors, each (t, value, which, standard deviation), in one order."""
+    t = np.concatenate([p[0] for p in parts])
+    order = np.argsort(t, kind="stable")
+    which = np.concatenate([np.full(len(p[0]), p[2], dtype=np.int64) for p in parts])[order]
+    variance = np.concatenate([np.full(len(p[0]), p[3] ** 2) for p in parts])[order]
+    return Sights(t[order], which, np.concatenate([p[1] for p in parts])[order], variance)
+
+
+def run_filter(
+    sights: Sights, intensities: FloatArray, start: FloatArray, spread: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """State and its variances (n, 9) after each sample, and -2 log likelihood of all.
+
+    Parameters
+    ----------
+    sights : Sights
+    intensities : (3,)
+        Of surge, sway and yaw.
+    start, spread : (9,)
+        State at the first sample and its standard deviations.
+    """
+    out, variances = np.empty((len(sights.t), 9)), np.empty((len(sights.t), 9))
+    s = sights
+    total = _filter(
+        s.t, s.which, s.value, s.variance, intensities, start.copy(), np.diag(spread**2), out, variances
+    )
+    return out, variances, float(total)
 
 
 def filter_motion(
@@ -107,25 +174,14 @@ def filter_motion(
     state : (m, 9)
         x, y, ψ, u, v, r, u̇, v̇, ṙ after the samples of that time.
     """
-    parts = [
-        (position[0], position[1][:, 0], 0, tuning.position),
-        (position[0], position[1][:, 1], 1, tuning.position),
-    ]
+    parts = [(position[0], position[1][:, k], k, tuning.position) for k in range(2)]
     parts.append((heading[0], heading[1], 2, tuning.heading))
     if yaw_rate is not None:
         parts.append((yaw_rate[0], yaw_rate[1], 5, tuning.yaw_rate))
-    t = np.concatenate([p[0] for p in parts])
-    order = np.argsort(t, kind="stable")
-    which = np.concatenate([np.full(len(p[0]), p[2]) for p in parts])[order]
-    value = np.concatenate([p[1] for p in parts])[order]
-    variance = np.concatenate([np.full(len(p[0]), p[3] ** 2) for p in parts])[order]
+    sights = in_order(parts)
     start = np.zeros(9)
     start[:3] = position[1][0, 0], position[1][0, 1], heading[1][0]
-    spread = np.diag(
-        [tuning.position**2, tuning.position**2, tuning.heading**2, 100.0, 100.0, 1.0, 1.0, 1.0, 1.0]
-    )
-    out = np.empty((len(t), 9))
-    intensities = np.array([tuning.surge, tuning.sway, tuning.yaw])
-    _filter(t[order], which, value, variance, intensities, start, spread, out)
-    last = np.append(np.diff(t[order]) > 0.0, True)
-    return t[order][last], out[last]
+    spread = np.array([tuning.position, tuning.position, tuning.heading, 10.0, 10.0, 1.0, 1.0, 1.0, 1.0])
+    out, _, _ = run_filter(sights, np.array([tuning.surge, tuning.sway, tuning.yaw]), start, spread)
+    last = np.append(np.diff(sights.t) > 0.0, True)
+    return sights.t[last], out[last]

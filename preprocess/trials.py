@@ -16,7 +16,7 @@ from preprocess.resolve import require, source_of
 from preprocess.rounding import resolution
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Step, Trial
-from preprocess.vessel import Input, Sensor, Vessel
+from preprocess.vessel import Input, Sensor, Smoothing, Vessel
 
 #: Quantities that a log must have, and those that help.
 NEEDED = ("position", "heading")
@@ -43,6 +43,7 @@ def make_trials(
     inputs: Sequence[Input],
     sensors: Mapping[str, Sensor],
     tell: Callable[[str, float], None] = lambda _name, _share: None,
+    smoothing: Smoothing | None = None,
 ) -> tuple[Trial, ...]:
     """Clean, align and smooth the logs of a campaign.
 
@@ -56,6 +57,8 @@ def make_trials(
         Where detection is not enough.
     tell : callable
         Told the name of each log as it begins, and the share (0…1) of the work that is done.
+    smoothing : Smoothing, optional
+        The smoother, where it is not the default.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def make_trials(
         tell(g.run.name, k / len(gathered))
         local = in_metres(g, origin)
         for role, low, high in parts(local):
-            whole = make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc)
+            whole = make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc, smoothing)
             named = g.run.manoeuvre is not None or g.run.slice is not None
             trials += [whole] if named else cut_at_manoeuvres(whole)
     return with_excitation(trials)
@@ -168,11 +171,12 @@ def make_trial(
     bounds: tuple[float, float],
     origin: tuple[float, float] | None,
     first_utc: int | None,
+    smoothing: Smoothing | None = None,
 ) -> Trial:
     """One part of one log, cleaned and smoothed."""
     from preprocess.assembly import process
 
-    made = process(g, vessel, bounds)
+    made = process(g, vessel, bounds, smoothing)
     return Trial(
         name=g.run.name,
         role=role,

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 #: The kinds of input that a campaign may declare.
 KINDS = ("rudder", "propeller", "thruster", "azimuth", "tunnel")
+#: The smoothers that a campaign may choose.
+SMOOTHERS = ("rts", "eso", "ekf")
 
 
 @dataclass(frozen=True)
@@ -64,3 +66,20 @@ class Sensor:
     offset: float = 0.0
     latency: float = 0.0
     reference: str | None = None
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """What a campaign says of the smoother.
+
+    Attributes
+    ----------
+    smoother : str
+        ``rts``: the fixed-interval smoother; ``eso``: the third-order linear extended state observer of Xie et al.
+        (2020) per channel; ``ekf``: an extended Kalman filter. Observers know only what came before.
+    bandwidth : float, optional
+        Of the ESO, rad/s; None: for each channel that of the least expected error of the velocity.
+    """
+
+    smoother: str = "rts"
+    bandwidth: float | None = None

@@ -117,7 +117,8 @@ def compare(
     logs = read_logs(campaign, workers)
     progress("preprocess", "", 0.0)
     sensors = {s.quantity: s for s in campaign.sensors}
-    trials = tuple(make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors))
+    runs = runs_of(campaign, logs)
+    trials = make_trials(runs, campaign.vessel, campaign.inputs, sensors, smoothing=campaign.smoothing)
     asked = models_for(trials) if not models or "auto" in models else models
     chosen = methods(asked, estimators, optimisers)
     return table_of_methods(list(rows(trials, chosen, seed, workers, scheduler, progress)))

@@ -70,7 +70,8 @@ def run(
     with watch.during("preprocess"):
         sensors = {s.quantity: s for s in campaign.sensors}
         tell = partial(watch, "preprocess")
-        trials = make_trials(runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors, tell)
+        runs = runs_of(campaign, logs)
+        trials = make_trials(runs, campaign.vessel, campaign.inputs, sensors, tell, campaign.smoothing)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
     found = analyse(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from preprocess.vessel import Input, Sensor, Vessel
+from preprocess.vessel import Input, Sensor, Smoothing, Vessel
 from seatrial.campaign.data import Campaign, LogEntry
 from seatrial.campaign.sensor_rules import COMPONENTS, signals_of
 from seatrial.campaign.tables import CampaignTable, InputTable, LogTable, SensorTable, VesselTable
@@ -29,6 +29,10 @@ def campaign_of(file: Path, table: CampaignTable) -> Campaign:
         estimator=table.model.estimator,
         optimiser=table.model.optimiser,
         dbc=None if table.can.dbc is None else folder / table.can.dbc,
+        smoothing=Smoothing(
+            table.preprocess.smoother,
+            None if table.preprocess.bandwidth is None else float(table.preprocess.bandwidth),
+        ),
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from preprocess.vessel import Input, Sensor, Vessel
+from preprocess.vessel import Input, Sensor, Smoothing, Vessel
 
 
 @dataclass(frozen=True)
@@ -60,3 +60,4 @@ class Campaign:
     estimator: str = "auto"
     optimiser: str = "auto"
     dbc: Path | None = None
+    smoothing: Smoothing = field(default_factory=Smoothing)

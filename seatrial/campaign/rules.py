@@ -17,6 +17,7 @@ def faults_in(table: CampaignTable) -> list[Fault]:
     """Everything that is wrong with a campaign whose keys and types are right."""
     return [
         *model_faults(table),
+        *smoother_faults(table),
         *input_faults(table),
         *sensor_faults(table.sensors),
         *log_faults(table.log),
@@ -29,6 +30,14 @@ def model_faults(table: CampaignTable) -> Iterator[Fault]:
     yield from unknown_name(("model", "name"), "a model", chosen.name, MODELS)
     yield from unknown_name(("model", "estimator"), "an estimator", chosen.estimator, ESTIMATORS)
     yield from unknown_name(("model", "optimiser"), "an optimiser", chosen.optimiser, OPTIMISERS)
+
+
+def smoother_faults(table: CampaignTable) -> Iterator[Fault]:
+    """A bandwidth of what has none."""
+    chosen = table.preprocess
+    if chosen.bandwidth is not None and chosen.smoother != "eso":
+        expected = 'a bandwidth with smoother = "eso" only'
+        yield Fault(("preprocess", "bandwidth"), expected, f"it with {found(chosen.smoother)}")
 
 
 def unknown_name(place: tuple[int | str, ...], what: str, name: str, known: Iterable[str]) -> Iterator[Fault]:

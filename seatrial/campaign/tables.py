@@ -135,6 +135,21 @@ class CanTable(Table):
     dbc: Text | None = optional("path of a DBC file, relative to the campaign")
 
 
+class PreprocessTable(Table):
+    """``[preprocess]``: how the motion is made of the samples that were found good.
+
+    rts is a fixed-interval smoother; eso the third-order extended state observer of Xie et al. (2020) per channel and
+    ekf an extended Kalman filter, which know only what came before: worse, and there to compare. It is this motion that
+    regressions (ls, ridge, weak_form, lssvm, …) are made of and that predictions are scored against; output_error fits
+    the sensors' own samples and only begins from it.
+    """
+
+    smoother: Literal["rts", "eso", "ekf"] = Field(default="rts", description="smoother or observer")
+    bandwidth: Positive | None = optional(
+        "of the eso in all channels, rad/s; where not given, of each channel the one of least expected error"
+    )
+
+
 class ModelTable(Table):
     """``[model]``: what to identify, and how."""
 
@@ -175,5 +190,6 @@ class CampaignTable(Table):
     inputs: dict[str, InputTable] = Field(default={}, description="the actuators")
     sensors: SensorsTable = SensorsTable()
     can: CanTable = CanTable()
+    preprocess: PreprocessTable = PreprocessTable()
     model: ModelTable = ModelTable()
     log: list[LogTable] = Field(default=[], description="the logs, each under [[log]]")
