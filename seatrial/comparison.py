@@ -118,7 +118,9 @@ def compare(
     progress("preprocess", "", 0.0)
     sensors = {s.quantity: s for s in campaign.sensors}
     runs = runs_of(campaign, logs)
-    trials = make_trials(runs, campaign.vessel, campaign.inputs, sensors, smoothing=campaign.smoothing)
+    trials = make_trials(
+        runs, campaign.vessel, campaign.inputs, sensors, lambda _name, _share: None, campaign.smoothing
+    )
     asked = models_for(trials) if not models or "auto" in models else models
     chosen = methods(asked, estimators, optimisers)
     return table_of_methods(list(rows(trials, chosen, seed, workers, scheduler, progress)))
