@@ -70,11 +70,16 @@ def process(
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)
-    measurements = {k: measurement(j, sigma.get(k) or white_noise(j)) for k, j in judged.items()}
+    weight = {s.name: s.weight for chain in (heading, track) for s in chain.streams}
+    measurements = {
+        k: measurement(j, sigma.get(k) or white_noise(j), weight.get(k)) for k, j in judged.items()
+    }
     if track.wander is not None:
         measurements["position"] = replace(
             measurements["position"], wander=track.wander.sigma, correlation_time=track.wander.time
         )
+    if "velocity" in judged and judged["velocity"].raw.body:
+        measurements["velocity"] = over_ground(measurements["velocity"], heading, vessel)
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
@@ -174,11 +179,24 @@ def track_streams(judged: Mapping[str, Judged], heading: ChainResult, vessel: Ve
     return (*out, at_origin(velocity, heading, arm))
 
 
-def measurement(j: Judged, sigma: float) -> Measurement:
+def measurement(j: Judged, sigma: float, weight: FloatArray | None = None) -> Measurement:
     """Return the samples as the trial keeps them."""
     t = j.raw.t
     step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
-    return Measurement(j.raw.quantity, t, j.raw.value, sigma, j.good, j.raw.source.name, j.reasons, step)
+    name, source = j.raw.quantity, j.raw.source.name
+    return Measurement(name, t, j.raw.value, sigma, j.good, source, j.reasons, step, weight=weight)
+
+
+def over_ground(made: Measurement, heading: ChainResult, vessel: Vessel) -> Measurement:
+    """Velocity along the body's axes, turned to north and east and moved from its sensor to the antenna."""
+    known = np.isfinite(heading.mean[:, 0, 0])
+    if not known.any():
+        return replace(made, good=np.zeros(len(made.t), dtype=bool))
+    t = heading.t[known]
+    psi, r = (np.interp(made.t, t, heading.mean[known, k, 0], left=np.nan, right=np.nan) for k in range(2))
+    arm = (vessel.antenna[0] - vessel.imu[0], vessel.antenna[1] - vessel.imu[1])
+    value = frames.body_to_earth(made.value, psi) + frames.lever_velocity(arm, psi, r)
+    return replace(made, value=value, good=made.good & np.isfinite(value).all(axis=1))
 
 
 def air(j: Judged, made: Measurement, table: pd.DataFrame) -> Measurement:

@@ -77,6 +77,12 @@ def test_a_velocity_along_the_hull_is_moved_from_where_its_sensor_sits():
     trial = trial_of(made, log, replace(made.vessel, imu=arm), sensors)
     wrong = trial_of(made, log, made.vessel, sensors)
     assert np.abs(off(trial, truth, "v")).mean() < 0.006
+    logged = trial.measurements["velocity"]
+    c, d, u, v = (f(logged.t) for f in (
+        lambda t: np.cos(np.interp(t, truth.t, truth.psi)), lambda t: np.sin(np.interp(t, truth.t, truth.psi)),
+        lambda t: np.interp(t, truth.t, truth.u), lambda t: np.interp(t, truth.t, truth.v)))  # fmt: skip
+    ground = np.column_stack([u * c - v * d, u * d + v * c])
+    assert np.sqrt(np.mean((logged.value - ground)[logged.good] ** 2)) < 1.2 * 0.01
     assert np.abs(off(wrong, truth, "v")).mean() > 0.02
 
 

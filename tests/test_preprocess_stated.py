@@ -57,6 +57,11 @@ def test_a_true_word_is_followed_to_any_factor(unheard, column):
     assert any("states of their accuracy" in f for f in trial.findings)
     rms = np.sqrt(np.mean(LEVELS[[0, 0, 0, 1, 1]] ** 2))
     assert trial.measurements["position"].sigma == pytest.approx(rms, rel=0.1)
+    m = trial.measurements["position"]
+    found = m.sigma * np.sqrt(m.weight)
+    poor = np.mod(m.t, 20.0) > 12.0
+    assert np.median(found[poor]) == pytest.approx(LEVELS[1], rel=0.15)
+    assert np.median(found[~poor]) == pytest.approx(LEVELS[0], rel=0.15)
     for name in ("u", "v"):
         assert error(trial, truth, name) < 0.85 * error(*unheard, name)
 
@@ -64,6 +69,7 @@ def test_a_true_word_is_followed_to_any_factor(unheard, column):
 def test_a_word_that_says_nothing_is_not_heard(unheard):
     trial, truth = poor_at_times(lie=True)
     assert power(trial) == 0.0
+    assert trial.measurements["position"].weight is None
     for name in ("u", "v"):
         assert error(trial, truth, name) == pytest.approx(error(*unheard, name))
 
