@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from preprocess.chains import Assembled, Drive, Stream, at_levels
-from preprocess.kalman import Rows, smooth
+from preprocess.kalman import NONE, IntArray, Rows, smooth
 from preprocess.levels import Levels
 from preprocess.trial import FloatArray
 
@@ -47,10 +47,15 @@ def shortest_interval(streams: tuple[Stream, ...]) -> float:
     return min((float(np.median(np.diff(s.t))) for s in streams if len(s.t) > 1), default=1.0)
 
 
-def window_sum(t: FloatArray, x: FloatArray, half: float) -> FloatArray:
-    """Sum of ``x`` over all rows within ``half`` seconds of each row; (n,)."""
+def window(t: FloatArray, half: float) -> tuple[IntArray, IntArray]:
+    """First row, and the one after the last, within ``half`` seconds of each row; (n,) each."""
+    return np.searchsorted(t, t - half), np.searchsorted(t, t + half, "right")
+
+
+def window_sum(x: FloatArray, rows: tuple[IntArray, IntArray]) -> FloatArray:
+    """Sum of ``x`` over the rows of each row's window; (n,)."""
     total = np.concatenate([[0.0], np.cumsum(x)])
-    return np.asarray(total[np.searchsorted(t, t + half, "right")] - total[np.searchsorted(t, t - half)])
+    return np.asarray(total[rows[1]] - total[rows[0]])
 
 
 def find_drive(
@@ -90,9 +95,10 @@ def _adapt(
     spread: float,
 ) -> FloatArray:
     """Re-estimate the intensity over a window, held to ``towards`` within ``spread`` (standard deviation)."""
+    about = window(rows.t, half)
     for _ in range(ITERATIONS):
-        out = smooth(replace(rows, scale=np.exp(log_scale)), levels.q, prior)
-        found, expected = window_sum(rows.t, out.drive, half), window_sum(rows.t, out.drive_expected, half)
+        out = smooth(replace(rows, scale=np.exp(log_scale)), levels.q, prior, NONE)
+        found, expected = window_sum(out.drive, about), window_sum(out.drive_expected, about)
         slope = 0.5 * (found - expected) - (log_scale - towards) / spread**2
         step = slope / (0.5 * np.maximum(found, expected) + 1.0 / spread**2)
         log_scale = np.clip(log_scale + np.clip(step, -2.0, 2.0), -LIMIT, LIMIT)

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from preprocess.chains import Assembled, Segments, Stream, assemble
-from preprocess.levels import Levels, estimate_levels, thin_out
+from preprocess.levels import FEW_ROWS, Levels, estimate_levels, thin_out
+from preprocess.levels import MOST_ROWS as MOST_LEVEL_ROWS
 from preprocess.trial import FloatArray
 
 #: No sensor is better than this, in SI units: a micrometre, a microradian; nor a rate than this share of what it shows.
@@ -64,11 +65,16 @@ def chain_levels(
     prior: FloatArray,
     bounds: Bounds,
     near: bool = False,
+    rough: bool = False,
 ) -> Levels:
-    """Estimate the levels that are not given, within bounds; ``near``: the start is an estimate already."""
+    """Estimate the levels that are not given, within bounds.
+
+    ``near``: the start is an estimate already; ``rough``: what is found is one more start only.
+    """
     known = np.array([s.sigma for s in streams])
     rows, least, most = assembled.rows, bounds.least, bounds.most
-    return estimate_levels(rows, assembled.stream, start, prior, known, least, near, most)
+    count = FEW_ROWS if rough else MOST_LEVEL_ROWS
+    return estimate_levels(rows, assembled.stream, start, prior, known, least, near, most, count)
 
 
 def own_noise(stream: Stream, segments: Segments) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from preprocess.chains import Assembled, Drive, Segments, Stream, assemble, at_levels
 from preprocess.ends import judge_ends
-from preprocess.kalman import smooth
+from preprocess.kalman import UNMEASURED, smooth
 from preprocess.levels import Levels
 from preprocess.trial import BoolArray, FloatArray
 
@@ -91,7 +91,7 @@ def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior:
     """Length of the standardised difference between each sample and the smoother without it; (n,)."""
     rows = at_levels(assembled, levels.sigma)
     used, variance = replace(rows, order=np.where(aside, -1, rows.order)), rows.variance
-    out = smooth(used, levels.q, prior)
+    out = smooth(used, levels.q, prior, UNMEASURED)
     at = np.arange(len(rows.t)), np.maximum(rows.order, 0)
     outside = rows.value - out.mean[at]
     outside_variance = variance + np.maximum(out.covariance[at[0], at[1], at[1]], 0.0)

@@ -18,6 +18,8 @@ from preprocess.wiener import back, disturbance, predict, update
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
+#: Which rows are smoothed: all; those that measure nothing; none (deletion residuals and disturbances alone).
+ALL, UNMEASURED, NONE = 0, 1, 2
 #: Rows in which the first position and the first rate of a stretch are looked for.
 LOOK_AHEAD = 1000
 
@@ -186,7 +188,7 @@ def _correct(m, p, a, big, work):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @njit(cache=True)
-def _backward(t, order, value, variance, fresh, scale, q, means, covariances, deletion, sizes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _backward(t, order, value, variance, fresh, scale, q, correct, means, covariances, deletion, sizes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     n, m = value.shape
     a, big, work = np.zeros((3, m)), np.zeros((3, 3)), np.zeros((3, 3))
     gain, c, u = np.zeros(3), np.zeros(3), np.zeros(m)
@@ -196,7 +198,8 @@ def _backward(t, order, value, variance, fresh, scale, q, means, covariances, de
             sizes[0, i] = 1.0 / d
             for k in range(m):
                 deletion[i, k] = u[k] / d
-        _correct(means[i], covariances[i], a, big, work)
+        if correct == ALL or (correct == UNMEASURED and order[i] < 0):
+            _correct(means[i], covariances[i], a, big, work)
         if fresh[i]:
             a[:] = 0.0
             big[:] = 0.0
@@ -226,13 +229,21 @@ def misfit(rows: Rows, q: float, prior: FloatArray) -> float:
     return cost(rows, q, prior) - cost(replace(rows, value=np.zeros_like(rows.value)), q, prior)
 
 
-def smooth(rows: Rows, q: float, prior: FloatArray) -> Smoothed:
-    """Smooth a chain given its noise levels; see :func:`cost` for the arguments."""
+def smooth(rows: Rows, q: float, prior: FloatArray, correct: int = ALL) -> Smoothed:
+    """Smooth a chain given its noise levels; see :func:`cost` for the other arguments.
+
+    Parameters
+    ----------
+    correct : int
+        Which rows' mean and covariance are wanted (``ALL``, ``UNMEASURED``, ``NONE``); the others hold what was
+        predicted from the rows before.
+    """
     r = rows
     n, m = r.value.shape
     means, covariances = np.empty((n, 3, m)), np.empty((n, 3, 3))
     deletion, sizes = np.full((n, m), np.nan), np.zeros((3, n))
     sizes[0] = np.nan
-    _forward(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, prior, means, covariances)
-    _backward(r.t, r.order, r.value, r.variance, r.fresh, r.scale, q, means, covariances, deletion, sizes)
+    sensors = r.t, r.order, r.value, r.variance, r.fresh, r.scale
+    _forward(*sensors, q, prior, means, covariances)
+    _backward(*sensors, q, correct, means, covariances, deletion, sizes)
     return Smoothed(means, covariances, deletion, sizes[0], sizes[1], sizes[2])

@@ -12,6 +12,8 @@ from preprocess.trial import FloatArray
 #: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
 MOST_ROWS = 12_000
 BLOCKS = 8
+#: … and for a first look, whose levels are estimated again.
+FEW_ROWS = 4_000
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ def estimate_levels(
     least: FloatArray,
     near: bool = False,
     most: FloatArray | None = None,
+    rows_at_most: int = MOST_ROWS,
 ) -> Levels:
     """Maximum-likelihood noise levels of a chain.
 
@@ -78,10 +81,12 @@ def estimate_levels(
         The first guess is an estimate already: the search begins in small steps.
     most : (g,), optional
         Standard deviations above which the estimates may not go.
+    rows_at_most : int
+        Rows that the likelihood is evaluated on at most.
     """
     from scipy.optimize import minimize
 
-    thin, which = thin_out(rows, group)
+    thin, which = thin_out(rows, group, rows_at_most)
     free = np.flatnonzero(~np.isfinite(known))
     upper = np.full(len(known), np.inf) if most is None else np.maximum(most, least)
     count = 0

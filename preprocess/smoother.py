@@ -67,11 +67,11 @@ def clean_and_level(
     drive: Drive | None = None
     for k in range(rounds or 2):
         assembled = assemble(streams, segments, np.empty(0), drive)
-        levels = chain_levels(streams, assembled, levels, prior, bounds, near=k > 1)
+        levels = chain_levels(streams, assembled, levels, prior, bounds, near=k > 1, rough=k < 2)
         if k < 2:
             drive = find_any_drive(streams, segments, inputs, levels, prior, drive, late=k == 1)
             assembled = assemble(streams, segments, np.empty(0), drive)
-            levels = chain_levels(streams, assembled, levels, prior, bounds)
+            levels = chain_levels(streams, assembled, levels, prior, bounds, rough=rounds == 1)
         if not rounds:
             continue
         cleaned = gate(streams, segments, levels, prior, drive)
