@@ -25,6 +25,8 @@ TIMES = (0.15, 0.5, 1.5, 5.0)
 LEAST_GAIN = 10.0
 #: Rows that they are tried on at most.
 MOST_ROWS = 4_000
+#: Half the bracket in which an intensity is looked for, as a logarithm, and how often it is moved on.
+BRACKET, MOST_BRACKETS = 9.0, 5
 
 
 @njit(cache=True)
@@ -84,22 +86,24 @@ def commanded_drive(
         return None
     assembled = assemble(streams, segments, np.empty(0))
     rows, _ = thin_out(at_levels(assembled, levels.sigma), assembled.stream, MOST_ROWS)
-    best = fitted_cost(rows, levels.q, prior) - LEAST_GAIN
-    chosen: tuple[float, float] | None = None
+    even = fitted_intensity(rows, levels.q, prior)
+    best = cost(rows, even, prior) - LEAST_GAIN
+    chosen: tuple[float, float, float] | None = None
     for tau in TIMES:
         for boost in BOOSTS:
             drive = profile(t, jump, boost, tau)
-            scale = np.exp(np.interp(rows.t, drive.t, drive.log_scale))
-            value = fitted_cost(replace(rows, scale=scale), levels.q / np.sqrt(boost), prior)
+            driven = replace(rows, scale=np.exp(np.interp(rows.t, drive.t, drive.log_scale)))
+            q = fitted_intensity(driven, even / np.sqrt(boost), prior)
+            value = cost(driven, q, prior)
             if value < best:
-                best, chosen = value, (boost, tau)
-    return None if chosen is None else refined(rows, t, jump, chosen, levels.q, prior)
+                best, chosen = value, (boost, tau, q)
+    return None if chosen is None else refined(rows, t, jump, chosen, prior)
 
 
 def refined(
-    rows: Rows, t: FloatArray, jump: FloatArray, start: tuple[float, float], q: float, prior: FloatArray
+    rows: Rows, t: FloatArray, jump: FloatArray, start: tuple[float, float, float], prior: FloatArray
 ) -> Drive:
-    """B and τ of the greatest likelihood near a first choice, the intensity free beside them."""
+    """B and τ of the greatest likelihood near a first choice, the intensity (third of them) free beside."""
     from scipy.optimize import minimize
 
     def objective(x: FloatArray) -> float:
@@ -108,7 +112,7 @@ def refined(
         scale = np.exp(np.interp(rows.t, drive.t, drive.log_scale))
         return cost(replace(rows, scale=scale), float(level), prior)
 
-    first = np.log([*start, q / np.sqrt(start[0])])
+    first = np.log(start)
     simplex = np.vstack([first, first + np.diag([1.5, 0.7, -1.5])])
     options = {"initial_simplex": simplex, "maxfev": 120, "xatol": 0.02, "fatol": 0.1}
     best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
@@ -122,9 +126,19 @@ def fitted_cost(rows: Rows, q: float, prior: FloatArray) -> float:
 
 
 def fitted_intensity(rows: Rows, q: float, prior: FloatArray) -> float:
-    """Return the process intensity of the greatest likelihood near ``q``, by golden section."""
+    """Return the process intensity of the greatest likelihood, looked for from ``q`` up- and downwards."""
+    for _ in range(MOST_BRACKETS):
+        found = _golden_section(rows, q, prior)
+        if abs(np.log(found / q)) < 0.9 * BRACKET:
+            break
+        q = found
+    return found
+
+
+def _golden_section(rows: Rows, q: float, prior: FloatArray) -> float:
+    """Return the likeliest intensity within the bracket about ``q``."""
     ratio = 0.5 * (np.sqrt(5.0) - 1.0)
-    low, high = np.log(q) - 9.0, np.log(q) + 9.0
+    low, high = np.log(q) - BRACKET, np.log(q) + BRACKET
     a, b = high - ratio * (high - low), low + ratio * (high - low)
     fa, fb = cost(rows, float(np.exp(a)), prior), cost(rows, float(np.exp(b)), prior)
     for _ in range(8):
