@@ -6,9 +6,13 @@ Wall-clock seconds, the best of several repeats; on a machine that does other th
 from __future__ import annotations
 
 import argparse
+import json
+import subprocess
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -91,11 +95,16 @@ def one_rollout(c: Case) -> np.ndarray:
     )
 
 
+def candidates(c: Case) -> np.ndarray:
+    """Coefficients (64, p) of a population."""
+    spread = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((CANDIDATES, len(c.coefficients)))
+    return np.asarray(c.coefficients * spread)
+
+
 def population(c: Case, workers: int) -> np.ndarray:
     """States (64, n + 1, 8) of a population, eight abreast, shared by threads."""
-    spread = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((CANDIDATES, len(c.coefficients)))
     driven = Driven(c.first, STEP, False, c.channels, c.slopes, c.wind, np.zeros(2), 0.5)
-    return population_in_lanes(c.structure.table.tape, driven, c.coefficients * spread, workers)
+    return population_in_lanes(c.structure.table.tape, driven, candidates(c), workers)
 
 
 @dataclass(frozen=True)
@@ -158,11 +167,27 @@ def by_scipy(c: Case, rtol: float) -> np.ndarray:
     )
 
 
+def by_jax(c: Case, python: str, repeats: int) -> dict[str, object]:
+    """Least seconds of one run and of the population in JAX, and the last state, by another interpreter."""
+    names = c.structure.table.channels
+    given = {
+        "rudder": c.channels[:, names.index("δ")], "revolutions": np.sqrt(c.channels[0, names.index("|n|n")]),
+        "first": c.first, "step": STEP, "coefficients": c.coefficients, "population": candidates(c),
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        np.savez(Path(folder) / "case.npz", **given)
+        script = Path(__file__).with_name("rollout_jax.py")
+        command = [python, str(script), str(Path(folder) / "case.npz"), str(repeats)]
+        printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return dict(json.loads(printed.splitlines()[-1]))
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--jax-python", help="interpreter of an environment that has JAX")
     chosen = parser.parse_args()
     c = case()
     one = best(lambda: one_rollout(c), chosen.repeats)
@@ -184,6 +209,12 @@ def main() -> None:
         print(f"{label}: solve_ivp / rollout {slow[k] / one[k]:.0f} (aim ≥ 400), "
               f"sensitivities / rollout {tangents[k] / one[k]:.1f} (aim ≤ 25)")  # fmt: skip
     print(f"largest difference of u, v, r from solve_ivp at 1e-9: {difference:.1e}")
+    if chosen.jax_python:
+        peer = by_jax(c, chosen.jax_python, chosen.repeats)
+        print(f"JAX {peer['version']}, lax.scan, wall ms: {1e3 * peer['one']:.3f} (ours x {peer['one'] / one[0]:.2f}), "
+              f"per candidate {1e3 / CANDIDATES * peer['population']:.3f} "
+              f"(ours x {peer['population'] / many[0]:.2f}); "
+              f"difference at the end {np.abs(one_rollout(c)[-1, :6] - peer['end']).max():.1e}")  # fmt: skip
 
 
 if __name__ == "__main__":

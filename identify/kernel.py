@@ -18,8 +18,22 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.aligned import zeros
+from identify.angles import cosine_and_sine
 from identify.flow import COLUMNS, RESULTS, flow
-from identify.simd import COMPILED, INLINED, load, nearest, splat, store
+from identify.simd import (
+    COMPILED,
+    INLINED,
+    lane,
+    load,
+    load_like,
+    put,
+    splat,
+    splat_half,
+    store,
+    take,
+    widened,
+)
 from identify.tape import ROW, Tape
 from identify.term import FACTORS
 
@@ -50,13 +64,13 @@ WEIGHT = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
 
 
 @njit(**INLINED)
-def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q):
-    """Fill ``q`` with every factor at velocities ``state`` (8,) = u, v, r, e1, e2 and heading ``psi``.
+def evaluate(velocities, psi, channels, slopes, row, part, north, east, u0, steps, q):
+    """Fill ``q`` with every factor at ``velocities``, u, v, r, e1, e2 abreast, and heading ``psi``.
 
     ``channels`` and ``slopes`` (n, nc) at ``row``, ``part`` (-1 … 1) of a half step from the step's middle; ``north``
     and ``east`` the velocity of the air over the water.
     """
-    u, v, r = state[0], state[1], state[2]
+    u, v, r = lane(velocities, 0), lane(velocities, 1), lane(velocities, 2)
     q[1], q[2], q[3] = u, v, r
     q[4], q[5], q[6] = abs(u), abs(v), abs(r)
     q[8] = u - u0
@@ -69,9 +83,10 @@ def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q)
         air = math.sqrt(wx * wx + wy * wy)
         q[12], q[13] = air * wx, air * wy
     if steps.needs[2]:
-        q[10], q[11] = state[3], state[4]
-    for k in range(channels.shape[1]):
-        q[CHANNEL + k] = channels[row, k] + part * slopes[row, k]
+        q[10], q[11] = lane(velocities, 3), lane(velocities, 4)
+    width = channels.shape[1]
+    for k in range(width):
+        put(q, CHANNEL + k, take(channels, row * width + k) + part * take(slopes, row * width + k))
     if steps.needs[3]:
         at = steps.base + steps.left.shape[0]
         flow(q, steps.flow_place, steps.flow, at)
@@ -82,56 +97,36 @@ def evaluate(state, psi, channels, slopes, row, part, north, east, u0, steps, q)
 @njit(**INLINED)
 def accelerations(rows, steps, q):
     """Fill the products in ``q``, and return the five accelerations abreast."""
-    left, right, single, base = steps.left, steps.right, steps.single, steps.base
-    a, b, c, d = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
-    n = left.shape[0]
-    for k in range(0, n, 4):
-        value = q[left[k]] * q[right[k]]
-        q[base + k] = value
-        a = a + load(rows, k * ROW) * value
-        value = q[left[k + 1]] * q[right[k + 1]]
-        q[base + k + 1] = value
-        b = b + load(rows, k * ROW + 8) * value
-        value = q[left[k + 2]] * q[right[k + 2]]
-        q[base + k + 2] = value
-        c = c + load(rows, k * ROW + 16) * value
-        value = q[left[k + 3]] * q[right[k + 3]]
-        q[base + k + 3] = value
-        d = d + load(rows, k * ROW + 24) * value
-    for k in range(0, single.shape[0], 4):
-        a = a + load(rows, (n + k) * ROW) * q[single[k]]
-        b = b + load(rows, (n + k) * ROW + 8) * q[single[k + 1]]
-        c = c + load(rows, (n + k) * ROW + 16) * q[single[k + 2]]
-        d = d + load(rows, (n + k) * ROW + 24) * q[single[k + 3]]
-    return (a + b) + (c + d)
+    if steps.needs[2]:
+        return _sums(rows, steps, q, splat(0.0))
+    return widened(_sums(rows, steps, q, splat_half(0.0)))
 
 
 @njit(**INLINED)
-def cosine_and_sine(angle):
-    """Cosine and sine of eight angles, to a few units in the last place up to thousands of turns."""
-    k = nearest(angle * 0.15915494309189535)
-    # a quarter of the angle less whole turns, in three parts of 2π; then twice the double angle
-    x = angle - k * 6.28318530717958623199592693709
-    x = (x - k * 2.44929359829470635445213186455e-16) * 0.25
-    z = x * x
-    s = z * (1.0 / 355687428096000.0) + splat(-1.0 / 1307674368000.0)
-    s = z * s + splat(1.0 / 6227020800.0)
-    s = z * s + splat(-1.0 / 39916800.0)
-    s = z * s + splat(1.0 / 362880.0)
-    s = z * s + splat(-1.0 / 5040.0)
-    s = z * s + splat(1.0 / 120.0)
-    s = z * s + splat(-1.0 / 6.0)
-    s = x + x * (z * s)
-    c = z * (1.0 / 20922789888000.0) + splat(-1.0 / 87178291200.0)
-    c = z * c + splat(1.0 / 479001600.0)
-    c = z * c + splat(-1.0 / 3628800.0)
-    c = z * c + splat(1.0 / 40320.0)
-    c = z * c + splat(-1.0 / 720.0)
-    c = z * c + splat(1.0 / 24.0)
-    c = z * c + splat(-0.5)
-    c = z * c + splat(1.0)
-    s, c = 2.0 * (s * c), (c - s) * (c + s)
-    return (c - s) * (c + s), 2.0 * (s * c)
+def _sums(rows, steps, q, zero):
+    """Fill the products in ``q``, and return the first accelerations abreast, as many as ``zero`` has places."""
+    left, right, single, base = steps.left, steps.right, steps.single, steps.base
+    a, b, c, d = zero, zero, zero, zero
+    n = left.shape[0]
+    for k in range(0, single.shape[0], 4):
+        a = a + load_like(zero, rows, (n + k) * ROW) * take(q, take(single, k))
+        b = b + load_like(zero, rows, (n + k) * ROW + 8) * take(q, take(single, k + 1))
+        c = c + load_like(zero, rows, (n + k) * ROW + 16) * take(q, take(single, k + 2))
+        d = d + load_like(zero, rows, (n + k) * ROW + 24) * take(q, take(single, k + 3))
+    for k in range(0, n, 4):
+        value = take(q, take(left, k)) * take(q, take(right, k))
+        put(q, base + k, value)
+        a = a + load_like(zero, rows, k * ROW) * value
+        value = take(q, take(left, k + 1)) * take(q, take(right, k + 1))
+        put(q, base + k + 1, value)
+        b = b + load_like(zero, rows, k * ROW + 8) * value
+        value = take(q, take(left, k + 2)) * take(q, take(right, k + 2))
+        put(q, base + k + 2, value)
+        c = c + load_like(zero, rows, k * ROW + 16) * value
+        value = take(q, take(left, k + 3)) * take(q, take(right, k + 3))
+        put(q, base + k + 3, value)
+        d = d + load_like(zero, rows, k * ROW + 24) * value
+    return (a + b) + (c + d)
 
 
 class Scratch(NamedTuple):
@@ -145,9 +140,9 @@ class Scratch(NamedTuple):
 
 def scratch_for(tape: Tape, n: int) -> Scratch:
     """Places to work in over ``n`` steps; the constant factor is in its place."""
-    q = np.zeros(tape.values)
+    q = zeros(tape.values)
     q[0] = 1.0
-    return Scratch(q, np.zeros(ROW), np.zeros((3, 4 * n + 8)), np.zeros((2, 8)))
+    return Scratch(q, zeros(ROW), zeros(3, 4 * n + 8), zeros(2, 8))
 
 
 def free_run(
@@ -196,11 +191,11 @@ def derivative(z, row, part, channels, slopes, wind, current, u0, steps, rows, s
 
     The step is ``row``; ``wind`` (2,) is the velocity of the air then; the other parameters are those of ``rollout``.
     """
-    state = scratch.state
     for j in range(5):
-        state[j] = z[3 + j]
+        scratch.state[j] = z[3 + j]
     north, east = wind[0] - current[0], wind[1] - current[1]
-    evaluate(state, z[2], channels, slopes, row, part, north, east, u0, steps, scratch.q)
+    velocities = load(scratch.state, 0)
+    evaluate(velocities, z[2], channels, slopes, row, part, north, east, u0, steps, scratch.q)
     store(scratch.moved, 0, accelerations(rows, steps, scratch.q))
     c, s = math.cos(z[2]), math.sin(z[2])
     out[0], out[1], out[2] = z[3] * c - z[4] * s + current[0], z[3] * s + z[4] * c + current[1], z[5]
@@ -213,7 +208,7 @@ def rollout(first, h, euler, channels, slopes, wind, current, u0, steps, rows, s
     """Fill ``states`` (n + 1, 8) as ``free_run`` returns them, and return the number of good steps."""
     n = channels.shape[0]
     q, state, at, stages = scratch.q, scratch.state, scratch.at, 1 if euler else 4
-    psi = first[2]
+    psi, width = first[2], at.shape[1]
     for j in range(5):
         state[j] = first[3 + j]
     z = load(state, 0)
@@ -226,16 +221,17 @@ def rollout(first, h, euler, channels, slopes, wind, current, u0, steps, rows, s
         k, total, turn, turned = splat(0.0), splat(0.0), 0.0, 0.0
         for stage in range(stages):
             reach, weight = h * REACH[stage], 1.0 if euler else WEIGHT[stage]
-            store(state, 0, z + k * reach)
+            met = z + k * reach
             heading = psi + turn * reach
-            at[0, stages * i + stage] = state[0]
-            at[1, stages * i + stage] = state[1]
-            at[2, stages * i + stage] = heading
+            place = stages * i + stage
+            put(at, place, lane(met, 0))
+            put(at, width + place, lane(met, 1))
+            put(at, 2 * width + place, heading)
             part = 0.0 if euler else PART[stage]
-            evaluate(state, heading, channels, slopes, i, part, north, east, u0, steps, q)
+            evaluate(met, heading, channels, slopes, i, part, north, east, u0, steps, q)
             k = accelerations(rows, steps, q)
             total = total + k * weight
-            turn = state[2]
+            turn = lane(met, 2)
             turned += turn * weight
         z = z + total * h
         psi += turned * h

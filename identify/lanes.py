@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.aligned import aligned, zeros
+from identify.angles import cosine_and_sine
 from identify.flow import COLUMNS, flow
-from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT, cosine_and_sine
+from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT
 from identify.simd import COMPILED, INLINED, WIDTH, absolute, larger, load, root, smaller, splat, store
 from identify.tape import ROW, Tape
 
@@ -78,10 +80,10 @@ def _run_all(
     place = _places(tape)[order // ROW]
 
     def run(k: int) -> None:
-        lanes, q = np.ascontiguousarray(every[k : k + WIDTH, order].T), np.zeros((tape.values, WIDTH))
+        lanes, q = aligned(every[k : k + WIDTH, order].T), zeros(tape.values, WIDTH)
         q[0] = 1.0
         _run(
-            driven, tape.steps, place, equations, lanes, q, np.zeros(tape.values), np.zeros((2 * NX, WIDTH)),
+            driven, tape.steps, place, equations, lanes, q, np.zeros(tape.values), zeros(2 * NX, WIDTH),
             compared, out[k : k + WIDTH], total[k : k + WIDTH],
         )  # fmt: skip
 

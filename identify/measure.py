@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.aligned import zeros
 from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
 from identify.simd import COMPILED, HELPER, load, splat, store
 from identify.tangents import sensitivities
@@ -71,7 +72,7 @@ class Work(NamedTuple):
 def work_for(width: int) -> Work:
     """Places to work in for rows of ``width``."""
     return Work(
-        np.zeros((BATCH, width)), np.zeros((width, width)), np.zeros((SOURCES, MOST), dtype=np.int64),
+        zeros(BATCH, width), zeros(width, width), np.zeros((SOURCES, MOST), dtype=np.int64),
         np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
     )  # fmt: skip
 

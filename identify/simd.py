@@ -1,4 +1,4 @@
-"""Eight numbers abreast: a vector type for compiled code, so that its speed does not hang on what a compiler guesses.
+"""Eight or four numbers abreast: a vector type for compiled code, whose speed then hangs on no compiler's guess.
 
 A ``lanes`` value is eight doubles in one register (or in two or four, where the machine's are narrower). It exists
 inside compiled functions only; arrays are loaded and stored by flat index.
@@ -31,31 +31,35 @@ COMPILED = {
 HELPER = COMPILED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 INLINED = HELPER | {"forceinline": True}
 
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _INDEX = ir.IntType(32)
 _FLAGS = ("contract", "nsz")
 
 
+def _vector(width: int) -> Any:
+    return ir.VectorType(ir.DoubleType(), width)
+
+
 class Lanes(types.Type):
-    """The type of eight doubles abreast."""
+    """The type of so many doubles abreast."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Lanes8")
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Lanes{width}")
 
 
-LANES = Lanes()
+LANES, HALF = Lanes(WIDTH), Lanes(WIDTH // 2)
 
 
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _VECTOR)
+        super().__init__(manager, kind, _vector(kind.width))
 
 
-def _address(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-    array = context.make_array(signature.args[0])(context, builder, args[0])
-    place = builder.bitcast(array.data, ir.DoubleType().as_pointer())
-    return builder.bitcast(builder.gep(place, [args[1]]), _VECTOR.as_pointer())
+def _address(context: Any, builder: Any, array: Any, value: Any, index: Any, width: int) -> Any:
+    data = context.make_array(array)(context, builder, value).data
+    place = builder.gep(builder.bitcast(data, ir.DoubleType().as_pointer()), [index])
+    return builder.bitcast(place, _vector(width).as_pointer())
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -63,7 +67,7 @@ def load(_: Any, array: Any, index: Any) -> Any:
     """Eight numbers of a contiguous array from flat ``index`` on."""
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        value = builder.load(_address(context, builder, signature, args))
+        value = builder.load(_address(context, builder, signature.args[0], args[0], args[1], WIDTH))
         value.align = 8
         return value
 
@@ -71,14 +75,61 @@ def load(_: Any, array: Any, index: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def store(_: Any, array: Any, index: Any, value: Any) -> Any:
-    """Put eight numbers into a contiguous array from flat ``index`` on."""
+def load_like(_: Any, other: Any, array: Any, index: Any) -> Any:
+    """As many numbers as ``other`` has."""
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        builder.store(args[2], _address(context, builder, signature, args), align=8)
+        place = _address(context, builder, signature.args[1], args[1], args[2], other.width)
+        value = builder.load(place)
+        value.align = 8
+        return value
+
+    return other(other, array, types.intp), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def store(_: Any, array: Any, index: Any, value: Any) -> Any:
+    """Put what lies abreast into a contiguous array from flat ``index`` on."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        address = _address(context, builder, signature.args[0], args[0], args[1], value.width)
+        builder.store(args[2], address, align=8)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, LANES), code
+    return types.void(array, types.intp, value), code
+
+
+def _place(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    array = context.make_array(signature.args[0])(context, builder, args[0])
+    return builder.gep(array.data, [args[1]])
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def take(_: Any, array: Any, index: Any) -> Any:
+    """One element of a contiguous array by flat ``index``, which is not counted from the end where it is negative."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.load(_place(context, builder, signature, args))
+
+    return array.dtype(array, types.intp), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put(_: Any, array: Any, index: Any, value: Any) -> Any:
+    """Put one number into a contiguous array at flat ``index``, likewise."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        builder.store(args[2], _place(context, builder, signature, args))
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.float64), code
+
+
+def _spread(builder: Any, value: Any, width: int) -> Any:
+    """The code of one number, so many times."""
+    undefined = ir.Constant(_vector(width), ir.Undefined)
+    one = builder.insert_element(undefined, value, ir.Constant(_INDEX, 0))
+    return builder.shuffle_vector(one, undefined, ir.Constant(ir.VectorType(_INDEX, width), [0] * width))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -86,11 +137,31 @@ def splat(_: Any, value: Any) -> Any:
     """One number, eight times."""
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], ir.Constant(_INDEX, 0))
-        mask = ir.Constant(ir.VectorType(_INDEX, WIDTH), [0] * WIDTH)
-        return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), mask)
+        return _spread(builder, args[0], WIDTH)
 
     return LANES(types.float64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def splat_half(_: Any, value: Any) -> Any:
+    """One number, four times."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _spread(builder, args[0], HALF.width)
+
+    return HALF(types.float64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def widened(_: Any, half: Any) -> Any:
+    """Four numbers, and four zeros after them."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        zeros = ir.Constant(_vector(HALF.width), [0.0] * HALF.width)
+        mask = ir.Constant(ir.VectorType(_INDEX, WIDTH), list(range(WIDTH)))
+        return builder.shuffle_vector(args[0], zeros, mask)
+
+    return LANES(HALF), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -100,7 +171,7 @@ def lane(_: Any, vector: Any, index: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.extract_element(args[0], builder.trunc(args[1], _INDEX))
 
-    return types.float64(LANES, types.intp), code
+    return types.float64(vector, types.intp), code
 
 
 def _calling(name: str) -> Any:
@@ -109,7 +180,7 @@ def _calling(name: str) -> Any:
     @intrinsic  # type: ignore[untyped-decorator]
     def operation(_: Any, vector: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            kind = ir.FunctionType(_VECTOR, [_VECTOR])
+            kind = ir.FunctionType(_vector(WIDTH), [_vector(WIDTH)])
             function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
             return builder.call(function, args)
 
@@ -143,19 +214,22 @@ smaller = _choosing("<")
 def _arithmetic(function: Callable[..., Any], name: str) -> None:
     @intrinsic  # type: ignore[untyped-decorator]
     def operation(_: Any, one: Any, other: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return getattr(builder, name)(args[0], args[1], flags=_FLAGS)
+        kind = one if isinstance(one, Lanes) else other
 
-        return LANES(LANES, LANES), code
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            both = [
+                a if isinstance(t, Lanes) else _spread(builder, a, kind.width)
+                for a, t in zip(args, signature.args, strict=True)
+            ]
+            return getattr(builder, name)(*both, flags=_FLAGS)
+
+        return kind(one, other), code
 
     @overload(function)
     def compiled(a, b):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - numba compares the signatures
-        if a is LANES and b is LANES:
+        kinds = {t for t in (a, b) if isinstance(t, Lanes)}
+        if len(kinds) == 1 and all(isinstance(t, Lanes | types.Float) for t in (a, b)):
             return lambda a, b: operation(a, b)
-        if a is LANES and isinstance(b, types.Float):
-            return lambda a, b: operation(a, splat(b))
-        if isinstance(a, types.Float) and b is LANES:
-            return lambda a, b: operation(splat(a), b)
         return None
 
 

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from identify.aligned import zeros
+from identify.angles import cosine_and_sine
 from identify.kernel import (
     CHANNEL,
     FAR,
@@ -20,11 +22,10 @@ from identify.kernel import (
     REACH,
     WEIGHT,
     accelerations,
-    cosine_and_sine,
     evaluate,
 )
 from identify.linearise import backwards, forcing, jacobian_of
-from identify.simd import COMPILED, INLINED, WIDTH, load, splat, store
+from identify.simd import COMPILED, INLINED, WIDTH, lane, load, splat, store
 from identify.tape import ROW, Tape
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -93,12 +94,12 @@ class Run(NamedTuple):
 
 def run_for(tape: Tape, n: int, width: int, channels: int) -> Run:
     """Places for a run of up to ``n`` steps; ``width`` is a multiple of eight."""
-    q = np.zeros(tape.values)
+    q = zeros(tape.values)
     q[0] = 1.0
     return Run(
-        np.empty((n + 1, NX)), np.empty((n + 1, NX)), np.empty((n + 1, NX, width)), np.zeros((n + 1, NX, width)),
-        np.empty((n, 3, channels)), q, np.zeros(ROW), np.zeros((8, 8)), np.zeros((tape.values, ROW)),
-        np.zeros((4, COLUMNS, ROW)), np.zeros((4, 4)), np.zeros((4, FORCED, width)),
+        np.empty((n + 1, NX)), np.empty((n + 1, NX)), zeros(n + 1, NX, width), zeros(n + 1, NX, width),
+        np.empty((n, 3, channels)), q, zeros(ROW), zeros(8, 8), zeros(tape.values, ROW),
+        zeros(4, COLUMNS, ROW), zeros(4, 4), zeros(4, FORCED, width),
     )  # fmt: skip
 
 
@@ -210,15 +211,16 @@ def sensitivities(first, begin, n, h, euler, channels, slopes, wind, current, u0
         for stage in range(stages):
             reach, weight = h * REACH[stage], 1.0 if euler else WEIGHT[stage]
             part = 0.0 if euler else (1.0 if last else PART[stage])
-            store(state, 0, z + k * reach)
+            met = z + k * reach
+            store(state, 0, met)
             heading = psi + yaw * reach
-            at[0, stage], at[1, stage], at[2, stage] = state[0], state[1], heading
-            evaluate(state, heading, channels, slopes, row, part, north, east, u0, steps, q)
+            at[0, stage], at[1, stage], at[2, stage] = lane(met, 0), lane(met, 1), heading
+            evaluate(met, heading, channels, slopes, row, part, north, east, u0, steps, q)
             k = accelerations(rows, steps, q)
             backwards(rows, steps, q, run.adjoint)
             jacobian_of(steps, q, heading, north, east, run.adjoint, run.jacobian, stage * COLUMNS * ROW)
             forcing(along, row, part, q, run.adjoint, run.force, stage)
-            yaw = state[2]
+            yaw = lane(met, 2)
             turned += yaw * weight
             total = total + k * weight
             if stage == 0:

@@ -6,11 +6,13 @@ accelerations are is a sum over some of the values, each times a row of coeffici
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from identify.aligned import aligned
 from identify.flow import RESULTS, ROOM
 from identify.term import FACTORS
 
@@ -73,9 +75,8 @@ class Tape:
 
     def rows(self, coefficients: FloatArray) -> FloatArray:
         """Flat rows (summands · ROW,) of coefficients (p,), one place per equation in each."""
-        return np.asarray(
-            np.bincount(self.target, weights=coefficients, minlength=self.summands * ROW), dtype=float
-        )
+        sums = np.bincount(self.target, weights=coefficients, minlength=self.summands * ROW)
+        return aligned(np.asarray(sums, dtype=float))
 
 
 def tape_of(
@@ -83,19 +84,11 @@ def tape_of(
 ) -> Tape:
     """Write a table of products (p, factors) in equations (p,) as a tape."""
     base = len(FACTORS) + channels
-    known: dict[tuple[int, ...], int] = {}
-    pairs: list[tuple[int, int]] = []
-
-    def place(factors: tuple[int, ...]) -> int:
-        if len(factors) < 2:
-            return factors[0] if factors else 0
-        if factors not in known:
-            pair = place(factors[:-1]), factors[-1]
-            pairs.append(pair)
-            known[factors] = base + len(pairs) - 1
-        return known[factors]
-
-    values = [place(tuple(sorted(int(f) for f in row if f))) for row in product]
+    wanted = [tuple(sorted(int(f) for f in row if f)) for row in product]
+    order = _in_order(wanted)
+    known = {(): 0} | {(k,): k for k in range(base)} | {f: base + k for k, f in enumerate(order)}
+    pairs = [tuple(known[part] for part in _halves(f)) for f in order]
+    values = [known[f] for f in wanted]
     singles = [v for v in dict.fromkeys(values) if v < base]
     pairs += [(0, 0)] * (-len(pairs) % GROUP)
     row = {base + k: k for k in range(len(pairs))} | {v: len(pairs) + k for k, v in enumerate(singles)}
@@ -106,6 +99,29 @@ def tape_of(
         left, right, np.array(singles, dtype=np.uint64), _needs(product, equation), base, flow_place, flow
     )
     return Tape(steps, np.array(values, dtype=np.uint64), target)
+
+
+def _halves(factors: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The two parts that a product is formed from: what waits for no velocity apart, so that it is never waited for."""
+    moving = sum(f < len(FACTORS) for f in factors)
+    cut = moving if 0 < moving < len(factors) else len(factors) - 1
+    return factors[:cut], factors[cut:]
+
+
+def _in_order(wanted: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Every product that is formed on the way to those wanted, each after its parts, those of many steps last."""
+    depth: dict[tuple[int, ...], int] = {}
+
+    def steps(factors: tuple[int, ...]) -> int:
+        if len(factors) < 2:
+            return 0
+        if factors not in depth:
+            depth[factors] = 1 + max(steps(part) for part in _halves(factors))
+        return depth[factors]
+
+    for factors in wanted:
+        steps(factors)
+    return sorted(depth, key=depth.__getitem__)
 
 
 def _needs(product: IntArray, equation: IntArray) -> IntArray:

@@ -9,6 +9,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from identify import kernel, tangents
+from identify.aligned import LINE, zeros
+from identify.angles import cosine_and_sine
 from identify.drive import directions, drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
@@ -324,7 +326,7 @@ def test_cosine_and_sine_of_many_angles(turns):
 @njit
 def cosines_and_sines(angles, cosine, sine):
     for k in range(0, len(angles), 8):
-        c, s = kernel.cosine_and_sine(load(angles, k))
+        c, s = cosine_and_sine(load(angles, k))
         store(cosine, k, c)
         store(sine, k, s)
 
@@ -353,3 +355,11 @@ def test_nothing_is_compiled_again_for_another_model():
         final(structure, p, stretch, first)
         before = before or used()
         assert used() == before, model
+
+
+def test_places_to_work_in_begin_at_a_cache_line():
+    for count in range(1, 20):
+        found = zeros(count, 3)
+        assert found.ctypes.data % LINE == 0
+        assert found.shape == (count, 3)
+        assert not found.any()
