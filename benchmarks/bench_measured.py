@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.measured_peers import PEERS
 from identify.base_fit import fit_far_from_noise
-from identify.choose_model import choose_model
+from identify.choose_model import Considered, choose_model
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
 from identify.whole_logs import regression_start
@@ -119,13 +119,27 @@ def peers(trials: Sequence[Trial], python: str) -> Iterator[str]:
             yield line(name, r2, seconds)
 
 
+def automatic(trials: Sequence[Trial]) -> tuple[str, dict[str, FloatArray], float, tuple[Considered, ...]]:
+    """What ``auto`` chooses, its scores, processor seconds of choice and fit, and what was considered."""
+    began = time.process_time()
+    name, table = choose_model(trials)
+    seconds = time.process_time() - began
+    found, more = fitted(trials, name)
+    return name, found, seconds + more, table
+
+
 def fewer(trials: Sequence[Trial], model: str, counts: Sequence[int]) -> Iterator[str]:
-    """The same model identified on fewer runs, the hardest of them kept longest."""
+    """A model, or what ``auto`` chooses, identified on fewer runs, the gentlest and the hardest kept longest."""
     used = [t.name for t in trials if t.role == "identify"]
     for n in counts:
         kept = {used[round(k)] for k in np.linspace(0, len(used) - 1, n)} if n > 1 else {used[-1]}
         some = [t if t.name in kept or t.role != "identify" else replace(t, role="unused") for t in trials]
-        yield line(f"{model}, {n} run{'s' if n > 1 else ''}", *fitted(some, model))
+        label = f"{n} run{'s' if n > 1 else ''}"
+        if model == "auto":
+            name, found, seconds, _ = automatic(some)
+            yield line(f"auto: {name}, {label}", found, seconds)
+        else:
+            yield line(f"{model}, {label}", *fitted(some, model))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -134,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("campaign", type=Path, nargs="?", default=CAMPAIGN)
     parser.add_argument("--models", nargs="*", default=list(MODELS))
     parser.add_argument("--no-auto", action="store_true")
-    parser.add_argument("--fewer-model", default="blanke")
+    parser.add_argument("--fewer-models", nargs="*", default=["blanke", "auto"])
     parser.add_argument("--fewer", type=int, nargs="*", default=[5, 4, 3, 2])
     parser.add_argument("--peer-python", help="interpreter of an environment that has the peers")
     a = parser.parse_args(arguments)
@@ -145,11 +159,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         + "|"
     )
     if not a.no_auto:
-        began = time.process_time()
-        name, table = choose_model(trials)
-        seconds = time.process_time() - began
-        found, more = fitted(trials, name)
-        print(line(f"auto: {name}", found, seconds + more), flush=True)
+        name, found, seconds, table = automatic(trials)
+        print(line(f"auto: {name}", found, seconds), flush=True)
         print_runs(found)
         print("left out: " + ", ".join(f"{c.name} {c.error:.3f}" for c in table), flush=True)
     for model in a.models:
@@ -158,8 +169,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(line(f"{model}, least squares", *by_regression(trials, model)), flush=True)
     for row in peers(trials, a.peer_python) if a.peer_python else ():
         print(row, flush=True)
-    for row in fewer(trials, a.fewer_model, a.fewer):
-        print(row, flush=True)
+    for model in a.fewer_models:
+        for row in fewer(trials, model, a.fewer):
+            print(row, flush=True)
 
 
 if __name__ == "__main__":

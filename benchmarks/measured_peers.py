@@ -25,23 +25,45 @@ def load(path: str) -> tuple[float, Runs]:
     return float(data["h"]), runs
 
 
+#: Of these thresholds that one is taken that predicts runs left out best.
+THRESHOLDS = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
+
+
 def pysindy_runs(h: float, runs: Runs) -> list[Any]:
-    """Sparse polynomial of third degree in u, v, r and the rudder (STLSQ), slopes of smoothed states, Runge-Kutta."""
+    """Sparse polynomial of third degree in u, v, r and the rudder (STLSQ), slopes of smoothed states, Runge-Kutta.
+
+    The threshold is chosen inside the runs to identify on: each is left out in turn and predicted free-running. What
+    was found is evaluated here, which is some hundred times as fast as the library's own ``predict``, sample by sample.
+    """
+    mean, spread = _scales(runs)
+    scaled = [((x - mean) / spread, d, used) for x, d, used in runs]
+    train = [(x, d) for x, d, used in scaled if used]
+
+    def error(threshold: float) -> float:
+        found = []
+        for k, (x, d) in enumerate(train):
+            rate = _sparse_rate(h, train[:k] + train[k + 1 :], threshold)
+            wrong = np.nan_to_num(_runge_kutta(rate, x[0], d, h, len(x)) - x, nan=FAR)
+            found.append(min(float(np.sqrt(np.mean((wrong / x.std(axis=0)) ** 2))), 1.0))
+        return float(np.mean(np.log(found)))
+
+    rate = _sparse_rate(h, train, min(THRESHOLDS, key=error))
+    return [_runge_kutta(rate, x[0], d, h, len(x)) * spread + mean for x, d, _ in scaled]
+
+
+def _sparse_rate(h: float, train: list[tuple[Any, Any]], threshold: float) -> Callable[[Any, Any], Any]:
+    """The slopes of scaled states as pysindy finds them."""
     import pysindy
 
-    mean, spread = _scales(runs)
+    library = pysindy.PolynomialLibrary(degree=3)
     model = pysindy.SINDy(
-        optimizer=pysindy.STLSQ(threshold=1e-3, alpha=1e-3, normalize_columns=True),
-        feature_library=pysindy.PolynomialLibrary(degree=3),
+        optimizer=pysindy.STLSQ(threshold=threshold, alpha=1e-3, normalize_columns=True),
+        feature_library=library,
         differentiation_method=pysindy.SmoothedFiniteDifference(),
     )
-    train = [((x - mean) / spread, d) for x, d, used in runs if used]
     model.fit([x for x, _ in train], t=h, u=[d for _, d in train])
-
-    def rate(x: Any, d: Any) -> Any:
-        return np.asarray(model.predict(x[None], u=d[None]))[0]
-
-    return [_runge_kutta(rate, (x[0] - mean) / spread, d, h, len(x)) * spread + mean for x, d, _ in runs]
+    coefficients, powers = np.asarray(model.coefficients()), np.asarray(library.powers_)
+    return lambda x, d: coefficients @ np.prod(np.concatenate([x, d]) ** powers, axis=1)
 
 
 def sysidentpy_runs(h: float, runs: Runs) -> list[Any]:
