@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.chain import spreads
 from identify.left_out import joined_regularised
-from identify.noise import calibrated
+from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
@@ -110,12 +110,12 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
         started = fit_states(longer, structure, p)
         if not np.isfinite(started.cost):
             break
-        problem, solution = calibrated(longer, started), started
+        problem, solution = calibrated_anew(longer, started), started
         for _ in range(PATIENCE):
             solution = solve(
                 problem, structure, p, solution.first, prior, budget=25, tolerance=1e-4 * problem.rows
             )
-            problem, p = calibrated(problem, solution), solution.p
+            problem, p = calibrated_anew(problem, solution), solution.p
             if solution.stopped is not Stopped.BUDGET:
                 break
     return Fitted(problem, prior, solution)
@@ -130,7 +130,7 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
             problem, solution.structure, solution.p, solution.first, prior, anchor=first_states(problem),
             tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
         )  # fmt: skip
-        problem = calibrated(problem, solution)
+        problem = calibrated_anew(problem, solution)
     return Fitted(problem, prior, solution)
 
 

@@ -100,9 +100,8 @@ def actuators_of(
 ) -> dict[str, FloatArray]:
     """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
     dt = stretch.h / SUBSTEPS
-    edges = stretch.start + dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
-    lead = _lead(structure, p)
-    late = {i.name: edges + lead - _delay(structure, values, i.name) for i in structure.inputs}
+    edges = dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
+    late = {n: edges + begin for n, begin in input_clocks(structure, p, stretch, values).items()}
     series = {n: sampled(stretch.inputs[n], at) for n, at in late.items()}
     switching = {
         i.name: _switching(i, stretch.inputs[i.name], series[i.name], late[i.name]) for i in structure.inputs
@@ -123,6 +122,16 @@ def actuators_of(
                     force = force * active.effect.gain(v, time)
             series[f"thrust {item.name}"] = force
     return series
+
+
+def input_clocks(
+    structure: Structure, p: FloatArray, stretch: Stretch, values: list[dict[str, float]] | None = None
+) -> dict[str, float]:
+    """Time on each input's log, s, of what acts when a stretch begins."""
+    if values is None:
+        values = [structure.values(p, e) for e in range(len(structure.actives))]
+    begin = stretch.start + _lead(structure, p)
+    return {i.name: begin - _delay(structure, values, i.name) for i in structure.inputs}
 
 
 def _switching(item: Input, logged: Measurement, mean: FloatArray, edges: FloatArray) -> FloatArray:

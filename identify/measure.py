@@ -3,88 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from identify.aligned import zeros
-from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
-from identify.simd import COMPILED, HELPER, load, splat, store
+from identify.kernel import NX, POSITION, VELOCITY
+from identify.sample import BATCH, row_of, sum_row
+from identify.simd import COMPILED, HELPER, load, store
 from identify.tangents import sensitivities
-
-FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-
-#: Rows that are taken into the moments together.
-BATCH = 8
-#: What a row is summed from: tangents, tangents of the rates, derivatives of the sensors' parameters; at most so many
-#: of each.
-SOURCES, MOST = 3, 8
-
-
-class Motion(NamedTuple):
-    """What drives a stretch, for the compiled code; see ``identify.drive.Drive`` and ``identify.tape.Tape``."""
-
-    h: float
-    euler: bool
-    u0: float
-    channels: FloatArray
-    slopes: FloatArray
-    fine: FloatArray
-    wind: FloatArray
-    current: FloatArray
-    rows: FloatArray
-
-
-class Sensing(NamedTuple):
-    """The samples of a stretch, and how the sensors see.
-
-    ``t`` (m,) on the stretch's grid, in s from its begin, clocks' offsets off; ``kind`` (m,); ``value`` (m, 2);
-    ``weight`` (m,) = 1/σ; ``sensor`` (9,) parameters, ``along`` (9, width) their derivatives along every column,
-    ``used`` (9,) which have any.
-    """
-
-    t: FloatArray
-    kind: IntArray
-    value: FloatArray
-    weight: FloatArray
-    sensor: FloatArray
-    along: FloatArray
-    used: IntArray
-
-
-class Work(NamedTuple):
-    """Places to work in.
-
-    ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products; for the row in
-    hand ``place`` and ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts``
-    (SOURCES,) how many there are.
-    """
-
-    batch: FloatArray
-    moment: FloatArray
-    place: IntArray
-    weight: FloatArray
-    counts: IntArray
-
-
-def work_for(width: int) -> Work:
-    """Places to work in for rows of ``width``."""
-    return Work(
-        zeros(BATCH, width), zeros(width, width), np.zeros((SOURCES, MOST), dtype=np.int64),
-        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
-    )  # fmt: skip
 
 
 @njit(**COMPILED)
 def moments_of_windows(
-    first, begin, length, samples, motion, steps, along, sensing, run, work, moments, residual
+    first, begin, length, samples, motion, steps, along, sensing, basis, shrink, run, work, moments, residual
 ):
     """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2).
 
-    ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. A
-    window that runs away gets NaN.
+    ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. Rows
+    count less by ``shrink`` (w, K) along the vectors of ``basis`` (m, 2, K); the errors are left as they are. A window
+    that runs away gets NaN.
     """
     m = motion
     last = moments.shape[1] - 1
@@ -99,16 +36,74 @@ def moments_of_windows(
         if done < length[w]:
             moments[w, last, last] = np.nan
             continue
-        _window(begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, run, work, residual, last)
+        _window(
+            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, run, work, residual, last
+        )
+        _whiten(shrink, w, work, last)
         for a in range(last + 1):
             for b in range(a + 1):
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
 
 
+@njit(**COMPILED)
+def rows_of_windows(first, begin, length, samples, motion, steps, along, sensing, run, work, rows):
+    """Weighted derivatives ``rows`` (m, 2, k) of every sample along the columns after the first state.
+
+    A window that runs away keeps its zeros. The other arguments are those of ``moments_of_windows``.
+    """
+    m = motion
+    width = work.batch.shape[1]
+    for w in range(begin.shape[0]):
+        done = sensitivities(
+            first[w], begin[w], length[w], m.h, m.euler, m.channels, m.slopes, m.wind, m.current, m.u0, steps,
+            m.rows, along, run,
+        )  # fmt: skip
+        if done < length[w]:
+            continue
+        for n in range(samples[w, 0], samples[w, 1]):
+            place = sensing.t[n] / m.h - begin[w]
+            i = min(max(math.floor(place), 0), length[w] - 1)
+            both = sensing.kind[n] == POSITION or sensing.kind[n] == VELOCITY
+            for axis in range(2 if both else 1):
+                row_of(axis, i, place - i, begin[w], n, m, sensing, run, work)
+                sum_row(sensing.weight[n], sensing.along, run, work, np.int64(0))
+                for k in range(rows.shape[2]):
+                    rows[n, axis, k] = work.batch[0, NX + k] if NX + k < width else 0.0
+
+
 @njit(**HELPER)
-def _window(begin, length, low, high, motion, sensing, run, work, residual, last):
+def _project(basis, m, axis, work, filled):
+    """Add the row in hand to its sums along the basis."""
+    width = work.batch.shape[1]
+    for k in range(work.projected.shape[0]):
+        by = basis[m, axis, k]
+        if by != 0.0:
+            for o in range(0, width, 8):
+                at = k * width + o
+                now = load(work.projected, at) + load(work.batch, filled * width + o) * by
+                store(work.projected, at, now)
+
+
+@njit(**HELPER)
+def _whiten(shrink, w, work, last):
+    """Take off the moments what the rows have along the basis, as far as it is shrunk."""
+    width = work.moment.shape[1]
+    for k in range(work.projected.shape[0]):
+        if shrink[w, k] > 0.0:
+            for a in range(last + 1):
+                by = shrink[w, k] * work.projected[k, a]
+                for o in range(a - a % 8, width, 8):
+                    at = a * width + o
+                    store(work.moment, at, load(work.moment, at) - load(work.projected, k * width + o) * by)
+
+
+@njit(**HELPER)
+def _window(begin, length, low, high, motion, sensing, basis, run, work, residual, last):
     """Sum the products of all rows of one window."""
     width = work.batch.shape[1]
+    for k in range(work.projected.shape[0]):
+        for a in range(width):
+            work.projected[k, a] = 0.0
     for a in range(width):
         for b in range(width):
             work.moment[a, b] = 0.0
@@ -118,9 +113,10 @@ def _window(begin, length, low, high, motion, sensing, run, work, residual, last
         i = min(max(math.floor(place), 0), length - 1)
         both = sensing.kind[m] == POSITION or sensing.kind[m] == VELOCITY
         for axis in range(2 if both else 1):
-            error = _row(axis, i, place - i, begin, m, motion, sensing, run, work)
-            _summed(sensing.weight[m], sensing.along, run, work, filled)
+            error = row_of(axis, i, place - i, begin, m, motion, sensing, run, work)
+            sum_row(sensing.weight[m], sensing.along, run, work, filled)
             residual[m, axis] = work.batch[filled, last] = error * sensing.weight[m]
+            _project(basis, m, axis, work, filled)
             filled += 1
             if filled == BATCH:
                 _take(work.batch, work.moment, last)
@@ -142,118 +138,3 @@ def _take(batch, moment, last):
             one = one + batch[4, a] * load(batch, 4 * width + o) + batch[5, a] * load(batch, 5 * width + o)
             two = two + batch[6, a] * load(batch, 6 * width + o) + batch[7, a] * load(batch, 7 * width + o)
             store(moment, a * width + o, load(moment, a * width + o) + (one + two))
-
-
-@njit(**HELPER)
-def _summed(weight, along, run, work, filled):
-    """Put the sum of the row's summands, times ``weight``, in its place in the batch."""
-    width, place, by = work.batch.shape[1], work.place, work.weight
-    for o in range(0, width, 8):
-        total = splat(0.0)
-        for k in range(work.counts[0]):
-            total = total + load(run.s, place[0, k] + o) * by[0, k]
-        for k in range(work.counts[1]):
-            total = total + load(run.f, place[1, k] + o) * by[1, k]
-        for k in range(work.counts[2]):
-            total = total + load(along, place[2, k] + o) * by[2, k]
-        store(work.batch, filled * width + o, total * weight)
-
-
-@njit(**HELPER)
-def _add(source, place, weight, work):
-    """One more summand of the row."""
-    k = work.counts[source]
-    work.place[source, k], work.weight[source, k] = place, weight
-    work.counts[source] = k + 1
-
-
-@njit(**HELPER)
-def _state(j, factor, i, x, h, work):
-    """Tangents of state ``j`` between the grid points: cubic for what integrates a velocity, else quadratic."""
-    width = work.batch.shape[1]
-    here = (i * NX + j) * width
-    there = here + NX * width
-    if j < 3:
-        _add(np.int64(0), here, factor * (1 + 2 * x) * (1 - x) * (1 - x), work)
-        _add(np.int64(0), there, factor * x * x * (3 - 2 * x), work)
-        _add(np.int64(1), here, factor * x * (1 - x) * (1 - x) * h, work)
-        _add(np.int64(1), there, factor * x * x * (x - 1) * h, work)
-    else:
-        _add(np.int64(0), here, factor * (1 - x * x), work)
-        _add(np.int64(0), there, factor * x * x, work)
-        _add(np.int64(1), here, factor * x * (1 - x) * h, work)
-
-
-@njit(**HELPER)
-def _interpolated(j, i, x, begin, motion, run):
-    """State ``j`` and its rate between the grid points, as ``_state`` its tangents."""
-    states, rates, h = run.states, run.rates, motion.h
-    here, there = states[i, j], states[i + 1, j]
-    if j < 3:
-        z = (1 + 2 * x) * (1 - x) * (1 - x) * here + x * (1 - x) * (1 - x) * h * rates[i, j]
-        z += x * x * (3 - 2 * x) * there + x * x * (x - 1) * h * rates[i + 1, j]
-        return z, (1 - x) * rates[i, j] + x * rates[i + 1, j]
-    z = (1 - x * x) * here + x * (1 - x) * h * rates[i, j] + x * x * there
-    inside = min(max(x, 0.0), 1.0)
-    parts = motion.fine.shape[0] // motion.channels.shape[0]
-    whole = int(inside * parts)
-    for c in range(motion.channels.shape[1]):
-        # integral of the channel from the step's begin, less that of the straight line
-        total = 0.0
-        for k in range(whole):
-            total += motion.fine[(begin + i) * parts + k, c]
-        if whole < parts:
-            total += (inside * parts - whole) * motion.fine[(begin + i) * parts + whole, c]
-        line = motion.channels[begin + i, c] * inside + motion.slopes[begin + i, c] * (
-            inside * inside - inside
-        )
-        z += run.by_channel[i, j - 3, c] * h * (total / parts - line)
-    return z, (1 - 2 * x) * rates[i, j] + 2 * x * (there - here) / h
-
-
-@njit(**HELPER)
-def _row(axis, i, x, begin, m, motion, sensing, run, work):
-    """Error of one measurement (along ``axis``, where it has two); what its derivatives are summed from is noted."""
-    sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]
-    width, h = work.batch.shape[1], motion.h
-    heading, turning, one = np.int64(2), np.int64(5), np.int64(1)
-    psi, turn = _interpolated(heading, i, x, begin, motion, run)
-    r, change = _interpolated(turning, i, x, begin, motion, run)
-    for q in range(SOURCES):
-        work.counts[q] = 0
-    if k == HEADING:
-        _state(heading, 1.0, i, x, h, work)
-        _add(np.int64(2), 0 * width, 1.0, work)
-        _add(np.int64(2), 6 * width, -turn, work)
-        return sensing.value[m, 0] - (psi + sensor[0])
-    if k == YAW_RATE:
-        _state(turning, sensor[2], i, x, h, work)
-        _add(np.int64(2), one * width, 1.0, work)
-        _add(np.int64(2), 2 * width, r, work)
-        _add(np.int64(2), 7 * width, -sensor[2] * change, work)
-        return sensing.value[m, 0] - (sensor[2] * r + sensor[1])
-    c, s = math.cos(psi), math.sin(psi)
-    # where the antenna is from the origin, north and east, and what a turn moves it by
-    ahead, aside = c * sensor[3] - s * sensor[4], s * sensor[3] + c * sensor[4]
-    at, arm, x_arm, y_arm = (ahead, -aside, c, -s) if axis == 0 else (aside, ahead, s, c)
-    place, speed = _interpolated(axis, i, x, begin, motion, run)
-    if k == POSITION:
-        _state(axis, 1.0, i, x, h, work)
-        _state(heading, arm, i, x, h, work)
-        if used[3] or used[4]:
-            _add(np.int64(2), 3 * width, x_arm, work)
-            _add(np.int64(2), 4 * width, y_arm, work)
-        if used[5]:
-            _add(np.int64(2), 5 * width, -(speed + arm * r), work)
-        return sensing.value[m, axis] - (place + at)
-    here = (i * NX + axis) * width
-    _add(one, here, 1 - x, work)
-    _add(one, here + NX * width, x, work)
-    _state(turning, arm, i, x, h, work)
-    _state(heading, -at * r, i, x, h, work)
-    if used[3] or used[4]:
-        _add(np.int64(2), 3 * width, r * (-s if axis == 0 else c), work)
-        _add(np.int64(2), 4 * width, r * (-c if axis == 0 else -s), work)
-    if used[8]:
-        _add(np.int64(2), 8 * width, -(run.rates[i + 1, axis] - run.rates[i, axis]) / h, work)
-    return sensing.value[m, axis] - (speed + arm * r)

@@ -16,6 +16,7 @@ from scipy.fft import next_fast_len
 from identify import kernel
 from identify.output_error import Solution
 from identify.stretch import Stretch
+from identify.unlogged import most_likely
 from identify.windows import Moments, Problem
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -26,6 +27,8 @@ WILD, ASIDE = 7.0, 1e4
 SMOOTH_LAGS = (1.5, 4.5)
 #: Autocorrelation is summed over at most this time, s.
 MEMORY = 8.0
+#: What inputs hide between their samples is looked for where a stream's slow errors are larger than its noise by more.
+SUSPECT = 1.05
 
 
 def errors_by_stream(
@@ -125,18 +128,51 @@ def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
 
 
 def calibrated(problem: Problem, solution: Solution) -> Problem:
-    """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion."""
+    """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion.
+
+    What the inputs hide between their samples has the share that it had, and answers as the solution does.
+    """
+    known = problem.unlogged
+    if known is not None:
+        known = replace(known, structure=solution.structure, p=solution.p)
+    bare = replace(problem, inflation=np.ones(4), unlogged=known)
+    seen = _bare(problem, bare, solution.moments)
     found = [
-        [ratio(problem, solution.moments, k) for k in range(4)]
-        for ratio in (white_ratio, size_ratio, low_frequency_ratio)
+        [ratio(bare, seen, k) for k in range(4)] for ratio in (white_ratio, size_ratio, low_frequency_ratio)
     ]
-    white, size, slow = np.array(found) * problem.inflation
+    white, size, slow = np.array(found)
     white = np.maximum(white, 1e-6)
     inflation = np.maximum(size / white, 1.0)
     dispersion = np.maximum(slow / (white * inflation), 1.0)
-    wild = wild_samples(problem, solution.moments, inflation * white)
+    wild = wild_samples(bare, seen, inflation * white)
     stretches = tuple(_scaled(s, white, wild.get(k)) for k, s in enumerate(problem.stretches))
-    return replace(problem, stretches=stretches, inflation=inflation, dispersion=dispersion)
+    return replace(bare, stretches=stretches, inflation=inflation, dispersion=dispersion)
+
+
+def calibrated_anew(problem: Problem, solution: Solution) -> Problem:
+    """``calibrated``, and what the inputs hide between their samples as the errors are most likely with."""
+    found = calibrated(replace(problem, unlogged=None), solution)
+    if float(found.dispersed.inflation.max()) < SUSPECT:
+        return found
+    bare = replace(found, inflation=np.ones(4))
+    ratio = [
+        a.samples.sigma / b.samples.sigma for a, b in zip(problem.stretches, found.stretches, strict=True)
+    ]
+    raw = [
+        e * (problem.inflation[problem.kinds(w)] * ratio[w.stretch][w.samples])[:, None]
+        for w, e in zip(problem.windows, solution.moments.raw, strict=True)
+    ]
+    known = most_likely(bare, solution.structure, solution.p, raw)
+    return found if known is None else calibrated(replace(problem, unlogged=known), solution)
+
+
+def _bare(problem: Problem, bare: Problem, moments: Moments) -> Moments:
+    """Errors in units of the sensors' σ, white as far as ``bare`` says what its inputs hide."""
+    raw = tuple(
+        e * problem.inflation[problem.kinds(w)][:, None]
+        for w, e in zip(problem.windows, moments.raw, strict=True)
+    )
+    return replace(moments, residuals=bare.whitened(raw), raw=raw)
 
 
 def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[int, FloatArray]:

@@ -11,12 +11,15 @@ import numpy as np
 from scipy.linalg import expm
 
 from identify import kernel
+from identify.compiled import motion_of, sensing_of
 from identify.drive import Directions, Drive, directions, drive
-from identify.measure import Motion, Sensing, moments_of_windows, work_for
+from identify.measure import moments_of_windows
 from identify.regression import through_water
+from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
 from identify.tangents import Along, padded, run_for
+from identify.unlogged import Unlogged, Whitening, whitening_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -43,7 +46,7 @@ class Problem:
 
     ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``dispersion`` (4,) is how much
     more than white noise the errors of a stream count in slow averages (for tests and intervals); ``length`` is the
-    length of a window that was asked for, s.
+    length of a window that was asked for, s; ``unlogged`` is what the inputs may have done between their samples.
     """
 
     stretches: tuple[Stretch, ...]
@@ -52,6 +55,12 @@ class Problem:
     dispersion: FloatArray
     length: float
     workers: int = 2
+    unlogged: Unlogged | None = None
+
+    @cached_property
+    def whitening(self) -> Whitening | None:
+        """What the errors of every window are whitened by; None where the inputs hide nothing."""
+        return None if self.unlogged is None else whitening_of(self)
 
     @cached_property
     def rows(self) -> int:
@@ -62,9 +71,22 @@ class Problem:
             total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
         return total
 
+    def whitened(self, raw: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+        """The windows' errors (m, 2) each, white as far as it is said what the inputs hide."""
+        if self.whitening is None:
+            return tuple(raw)
+        return tuple(
+            self.whitening.whitened(k, w.stretch, w.samples, e)
+            for k, (w, e) in enumerate(zip(self.windows, raw, strict=True))
+        )
+
+    def kinds(self, window: Window) -> IntArray:
+        """Kind (m,) of every sample of a window."""
+        return self.stretches[window.stretch].samples.kind[window.samples]
+
     def weighted_as(self, other: Problem) -> Problem:
         """The same windows with the weights of another problem."""
-        return replace(self, inflation=other.inflation, dispersion=other.dispersion)
+        return replace(self, inflation=other.inflation, dispersion=other.dispersion, unlogged=other.unlogged)
 
     @property
     def dispersed(self) -> Problem:
@@ -74,15 +96,23 @@ class Problem:
 
 @dataclass(frozen=True)
 class Moments:
-    """Per window: moment matrix (8 + np + 1 square: first state, parameters, error) and normalised errors."""
+    """Per window: moment matrix (8 + np + 1 square: first state, parameters, error), and normalised errors.
+
+    ``residuals`` are white where a problem says what its inputs hide, ``raw`` as they were.
+    """
 
     matrices: FloatArray
     residuals: tuple[FloatArray, ...]
+    raw: tuple[FloatArray, ...]
 
     @property
     def cost(self) -> float:
         """Sum of squared normalised errors; NaN where a prediction ran away."""
         return float(self.matrices[:, -1, -1].sum())
+
+    def of(self, some: slice) -> Moments:
+        """Those of some windows."""
+        return Moments(self.matrices[some], self.residuals[some], self.raw[some])
 
 
 def cut(stretches: Sequence[Stretch], length: float, workers: int = 2) -> Problem:
@@ -145,18 +175,19 @@ def moments(problem: Problem, structure: Structure, p: FloatArray, first: FloatA
         along_of(structure, directions(structure, p, s, d), d)
         for d, s in zip(drives, problem.stretches, strict=True)
     ]
+    hidden = problem.whitening  # made before the threads ask for it
     shares = [
         (drives[k], along[k], np.array(part)) for k in range(len(drives)) for part in _shares(problem, k)
     ]
     with ThreadPoolExecutor(problem.workers) as pool:
-        done = list(pool.map(lambda share: _of_windows(problem, structure, first, *share), shares))
+        done = list(pool.map(lambda share: _of_windows(problem, structure, hidden, first, *share), shares))
     matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
-    residuals: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
+    raw: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
     for (_, _, numbers), (found, errors) in zip(shares, done, strict=True):
         matrices[numbers] = found
         for k in numbers:
-            residuals[k] = errors[problem.windows[k].samples]
-    return Moments(matrices, tuple(residuals))
+            raw[k] = errors[problem.windows[k].samples]
+    return Moments(matrices, problem.whitened(raw), tuple(raw))
 
 
 def _shares(problem: Problem, stretch: int) -> list[list[int]]:
@@ -187,16 +218,10 @@ def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, F
     return along, sensor
 
 
-def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
-    """What drives a stretch, for the compiled code."""
-    rows = structure.table.tape.rows(d.coefficients)
-    discrete = structure.model.discrete
-    return Motion(h, discrete, structure.u0, d.channels, d.slopes, d.fine, d.wind, d.current, rows)
-
-
 def _of_windows(
     problem: Problem,
     structure: Structure,
+    hidden: Whitening | None,
     first: FloatArray,
     d: Drive,
     along: tuple[Along, FloatArray],
@@ -210,18 +235,13 @@ def _of_windows(
     columns = kernel.NX + len(structure.slots) + 1
     width = padded(columns)
     found, errors = np.empty((len(part), columns, columns)), np.zeros((len(stretch.samples.t), 2))
+    basis, shrink = np.zeros((len(errors), 2, 0)), np.zeros((len(part), 0))
+    if hidden is not None:
+        basis, shrink = hidden.basis[windows[0].stretch], np.ascontiguousarray(hidden.shrink[part])
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-        along[0], _sensing(problem, stretch, d.sensor, along[1]),
-        run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), found, errors,
+        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1]),
+        basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
+        work_for(width, shrink.shape[1]), found, errors,
     )  # fmt: skip
     return found, errors
-
-
-def _sensing(problem: Problem, stretch: Stretch, sensor: FloatArray, along: FloatArray) -> Sensing:
-    """A stretch's samples on its grid, each stream's clock offset taken off."""
-    samples = stretch.samples
-    t = samples.t - sensor[5:9][samples.kind] - stretch.start
-    weight = 1.0 / (samples.sigma * problem.inflation[samples.kind])
-    used = np.asarray(along.any(axis=1), dtype=np.int64)
-    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used)

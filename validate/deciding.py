@@ -121,8 +121,10 @@ def _zigzag(plant: Plant, degrees: float, duration: float) -> list[Command]:
 
 
 def _as_logged(logged: Measurement, t: FloatArray, value: FloatArray) -> Measurement:
-    """An input's orders as the log of the vessel would hold them."""
-    return replace(logged, t=t, value=value, good=np.ones(len(t), dtype=bool), held=True)
+    """An input's orders as the log of the vessel would hold them: a sample every so often, whatever changes."""
+    often = np.arange(t[0], t[-1] + 2.0 * logged.sample_time, max(logged.sample_time, 1e-2))
+    held = value[np.searchsorted(t, often, side="right") - 1]
+    return replace(logged, t=often, value=held, good=np.ones(len(often), dtype=bool), held=True)
 
 
 def _sailed(

@@ -10,7 +10,7 @@ import numpy as np
 from identify.base_fit import FAR, Fitted
 from identify.output_error import Prior, Reduced, solve
 from identify.stretch import Stretch
-from identify.windows import Moments, Problem, cut, first_states
+from identify.windows import Problem, cut, first_states
 
 
 def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
@@ -49,7 +49,7 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
 def of_windows(fitted: Fitted, some: slice) -> Fitted:
     """A fit with the solution of some windows alone."""
     s = fitted.solution
-    left = Moments(s.moments.matrices[some], s.moments.residuals[some])
+    left = s.moments.of(some)
     reduced = Reduced(*(x[some] for x in astuple(s.reduced)))
     solution = replace(s, first=s.first[some], cost=left.cost, moments=left, reduced=reduced)
     return replace(fitted, solution=solution)

@@ -281,7 +281,7 @@ def recalibrated(horizon: Horizon, solution: Solution) -> Horizon:
     if not horizon.windows:
         return horizon
     n = len(horizon.windows)
-    kept = Moments(solution.moments.matrices[:n], solution.moments.residuals[:n])
+    kept = solution.moments.of(slice(n))
     problem = problem_of(horizon.windows, horizon.noise)
     found = calibrated(problem, replace(solution, moments=kept))
     noise = Noise(horizon.noise.sigma * _ratios(problem, found), found.inflation, found.dispersion)

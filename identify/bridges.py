@@ -1,0 +1,161 @@
+"""What inputs may have done between their samples, as shapes of the channels over time.
+
+An order that is logged now and then changed somewhere between two samples; where, the log does not say. A change of a
+channel by C at a time that may be any is, in mean, a straight line, and about it C times a Brownian bridge (the
+covariance of a step at a random time is just that): √2 sin(kπx) / kπ, k = 1, 2, ... with independent sizes of variance
+1, where x runs from 0 to 1 between the samples. So is a random walk between them. The first of them moves the change
+by a standard deviation of about T/√12.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.drive import drive, input_clocks
+from identify.resample import straight_lines
+from identify.stretch import SUBSTEPS, Stretch
+from identify.structure import Structure
+from preprocess.trial import Measurement
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Harmonics of a bridge that count; a vessel hardly answers the higher ones.
+HARMONICS = (1, 2, 3, 4)
+#: At most so many shapes of a window count: the largest.
+MOST = 96
+#: Inputs that are logged more often than this hide nothing, s; nor those logged twice within a step.
+SHORTEST = 0.03
+#: A longer pause in an input's log counts as so many of its intervals.
+LONGEST = 4.0
+#: Room for the numbers of an input's changes, and for those of a window, in the name of a shape.
+_CHANGES, _WINDOWS = 1_000_000, 100_000_000
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Shapes of one standard deviation: means and slopes (steps, e, channels).
+
+    Each of the ``e`` columns holds another shape in every window.
+    """
+
+    mean: FloatArray
+    slope: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Columns."""
+        return self.mean.shape[1]
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Shapes that do not meet in any step, one after another: number (steps,), mean and slope (steps, channels)."""
+
+    number: IntArray
+    mean: FloatArray
+    slope: FloatArray
+
+
+def shapes_of(
+    structure: Structure, p: FloatArray, stretch: Stretch, windows: Sequence[tuple[int, int]]
+) -> Shapes:
+    """Shapes of what the inputs may have done in windows of a stretch, each (first step, steps)."""
+    series = [
+        part
+        for item in structure.inputs
+        if stretch.inputs[item.name].sample_time > max(SHORTEST, 0.5 * stretch.h)
+        for part in _series(structure, p, stretch, item.name)
+    ]
+    if not series:
+        nothing = np.zeros((stretch.steps, 0, len(structure.table.channels)))
+        return Shapes(nothing, nothing)
+    column = _columns(series, _owners(stretch.steps, windows))
+    shape = (stretch.steps, int(column.max()) + 1, series[0].mean.shape[1])
+    mean, slope = np.zeros(shape), np.zeros(shape)
+    for mine, part in zip(column, series, strict=True):
+        at = np.nonzero(mine >= 0)[0]
+        mean[at, mine[at]], slope[at, mine[at]] = part.mean[at], part.slope[at]
+    return Shapes(mean, slope)
+
+
+def _owners(steps: int, windows: Sequence[tuple[int, int]]) -> IntArray:
+    """Window (steps,) of every step, -1 for none."""
+    out = np.full(steps, -1)
+    for k, (begin, length) in enumerate(windows):
+        out[begin : begin + length] = k
+    return out
+
+
+def _columns(series: Sequence[_Series], window: IntArray) -> IntArray:
+    """Column (series, steps) of the shape in each step: its rank in its window by size; -1 where there is none."""
+    named = [
+        np.where((window >= 0) & (s.number >= 0), window * _WINDOWS + k * _CHANGES + s.number, -1)
+        for k, s in enumerate(series)
+    ]
+    scale = np.max([np.abs(s.mean).max(axis=0) for s in series], axis=0) + 1e-300
+    size = np.array([np.sum(np.abs(s.mean) / scale, axis=1) for s in series])
+    names, which = np.unique(np.array(named), return_inverse=True)
+    total = np.bincount(which.ravel(), weights=size.ravel())
+    owner = np.where((names >= 0) & (total > 1e-9), names // _WINDOWS, -1)
+    order = np.lexsort((-total, owner))
+    rank = np.empty(len(names), dtype=np.int64)
+    rank[order] = np.arange(len(names)) - np.searchsorted(owner[order], owner[order])
+    column = np.where((owner >= 0) & (rank < MOST), rank, -1)[which]
+    return np.asarray(column.reshape(size.shape), dtype=np.int64)
+
+
+def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
+    """Shapes of one input, every harmonic and even and odd changes apart: a step may belong to one of each."""
+    logged = stretch.inputs[name]
+    if int(np.sum(logged.good)) < 3:
+        return
+    begin, part = input_clocks(structure, p, stretch)[name], stretch.h / SUBSTEPS
+    at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
+    change, x = _places(logged, at)
+    by_delay = _by_delay(structure, p, stretch, name)
+    total = np.zeros((int(change.max()) + 1, by_delay.shape[1]))
+    np.add.at(total, change, by_delay * part)
+    inside = (x > 0.0) & (x < 1.0)
+    for k in HARMONICS:
+        wave = _spread(k, logged.held) * np.sin(k * math.pi * x) * inside
+        for parity in (0, 1):
+            mine = inside & (change % 2 == parity)
+            number = np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1)
+            yield _Series(number, *straight_lines(total[change] * (wave * mine)[:, None], SUBSTEPS))
+
+
+def _spread(harmonic: int, held: bool) -> float:
+    """Standard deviation of a harmonic; a held input, which switches midway, is no straight line but for even ones."""
+    bridge = math.sqrt(2.0) / (harmonic * math.pi)
+    step = 2.0 / (harmonic * math.pi) if held and harmonic % 2 == 0 else 0.0
+    return math.hypot(bridge, step)
+
+
+def _places(logged: Measurement, at: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Number of the change that each time ``at`` (n,) on an input's log belongs to, and where it is in it, 0 to 1.
+
+    A held input switches at its sample's time; the change may come half an interval earlier or later.
+    """
+    t = logged.t[logged.good]
+    apart = np.diff(t, prepend=t[0])
+    interval = np.minimum(apart, LONGEST * logged.sample_time)
+    end = t + 0.5 * interval if logged.held else t
+    change = np.minimum(np.searchsorted(np.maximum.accumulate(end), at), len(t) - 1)
+    return change, 1.0 - (end[change] - at) / np.maximum(interval[change], 1e-9)
+
+
+def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
+    """Derivatives (steps · SUBSTEPS, channels) of the channels by a delay of one input."""
+    step = 0.5 * stretch.h / SUBSTEPS
+    late, early = (drive(structure, p, _moved(stretch, name, shift)).fine for shift in (step, -step))
+    return np.asarray((late - early) / (2.0 * step), dtype=float)
+
+
+def _moved(stretch: Stretch, name: str, shift: float) -> Stretch:
+    logged = stretch.inputs[name]
+    return replace(stretch, inputs={**stretch.inputs, name: replace(logged, t=logged.t + shift)})

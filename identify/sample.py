@@ -1,0 +1,193 @@
+"""What a sample says of a run: its error, and what its derivatives are summed from, compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from identify.aligned import zeros
+from identify.kernel import HEADING, NX, POSITION, YAW_RATE
+from identify.simd import HELPER, load, splat, store
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Rows that are taken into the moments together.
+BATCH = 8
+#: What a row is summed from: tangents, tangents of the rates, derivatives of the sensors' parameters; at most so many
+#: of each.
+SOURCES, MOST = 3, 8
+
+
+class Motion(NamedTuple):
+    """What drives a stretch, for the compiled code; see ``identify.drive.Drive`` and ``identify.tape.Tape``."""
+
+    h: float
+    euler: bool
+    u0: float
+    channels: FloatArray
+    slopes: FloatArray
+    fine: FloatArray
+    wind: FloatArray
+    current: FloatArray
+    rows: FloatArray
+
+
+class Sensing(NamedTuple):
+    """The samples of a stretch, and how the sensors see.
+
+    ``t`` (m,) on the stretch's grid, in s from its begin, clocks' offsets off; ``kind`` (m,); ``value`` (m, 2);
+    ``weight`` (m,) = 1/σ; ``sensor`` (9,) parameters, ``along`` (9, width) their derivatives along every column,
+    ``used`` (9,) which have any.
+    """
+
+    t: FloatArray
+    kind: IntArray
+    value: FloatArray
+    weight: FloatArray
+    sensor: FloatArray
+    along: FloatArray
+    used: IntArray
+
+
+class Work(NamedTuple):
+    """Places to work in.
+
+    ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products, ``projected``
+    (K, width) their sums along a window's basis; for the row in hand ``place`` and ``weight`` (SOURCES, MOST) flat
+    places of its summands and their weights, ``counts`` (SOURCES,) how many there are.
+    """
+
+    batch: FloatArray
+    moment: FloatArray
+    projected: FloatArray
+    place: IntArray
+    weight: FloatArray
+    counts: IntArray
+
+
+def work_for(width: int, basis: int = 0) -> Work:
+    """Places to work in for rows of ``width`` and a basis of so many."""
+    return Work(
+        zeros(BATCH, width), zeros(width, width), zeros(basis, width),
+        np.zeros((SOURCES, MOST), dtype=np.int64),
+        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
+    )  # fmt: skip
+
+
+@njit(**HELPER)
+def sum_row(weight, along, run, work, filled):
+    """Put the sum of the row's summands, times ``weight``, in its place in the batch."""
+    width, place, by = work.batch.shape[1], work.place, work.weight
+    for o in range(0, width, 8):
+        total = splat(0.0)
+        for k in range(work.counts[0]):
+            total = total + load(run.s, place[0, k] + o) * by[0, k]
+        for k in range(work.counts[1]):
+            total = total + load(run.f, place[1, k] + o) * by[1, k]
+        for k in range(work.counts[2]):
+            total = total + load(along, place[2, k] + o) * by[2, k]
+        store(work.batch, filled * width + o, total * weight)
+
+
+@njit(**HELPER)
+def _add(source, place, weight, work):
+    """One more summand of the row."""
+    k = work.counts[source]
+    work.place[source, k], work.weight[source, k] = place, weight
+    work.counts[source] = k + 1
+
+
+@njit(**HELPER)
+def _state(j, factor, i, x, h, work):
+    """Tangents of state ``j`` between the grid points: cubic for what integrates a velocity, else quadratic."""
+    width = work.batch.shape[1]
+    here = (i * NX + j) * width
+    there = here + NX * width
+    if j < 3:
+        _add(np.int64(0), here, factor * (1 + 2 * x) * (1 - x) * (1 - x), work)
+        _add(np.int64(0), there, factor * x * x * (3 - 2 * x), work)
+        _add(np.int64(1), here, factor * x * (1 - x) * (1 - x) * h, work)
+        _add(np.int64(1), there, factor * x * x * (x - 1) * h, work)
+    else:
+        _add(np.int64(0), here, factor * (1 - x * x), work)
+        _add(np.int64(0), there, factor * x * x, work)
+        _add(np.int64(1), here, factor * x * (1 - x) * h, work)
+
+
+@njit(**HELPER)
+def _interpolated(j, i, x, begin, motion, run):
+    """State ``j`` and its rate between the grid points, as ``_state`` its tangents."""
+    states, rates, h = run.states, run.rates, motion.h
+    here, there = states[i, j], states[i + 1, j]
+    if j < 3:
+        z = (1 + 2 * x) * (1 - x) * (1 - x) * here + x * (1 - x) * (1 - x) * h * rates[i, j]
+        z += x * x * (3 - 2 * x) * there + x * x * (x - 1) * h * rates[i + 1, j]
+        return z, (1 - x) * rates[i, j] + x * rates[i + 1, j]
+    z = (1 - x * x) * here + x * (1 - x) * h * rates[i, j] + x * x * there
+    inside = min(max(x, 0.0), 1.0)
+    parts = motion.fine.shape[0] // motion.channels.shape[0]
+    whole = int(inside * parts)
+    for c in range(motion.channels.shape[1]):
+        # integral of the channel from the step's begin, less that of the straight line
+        total = 0.0
+        for k in range(whole):
+            total += motion.fine[(begin + i) * parts + k, c]
+        if whole < parts:
+            total += (inside * parts - whole) * motion.fine[(begin + i) * parts + whole, c]
+        line = motion.channels[begin + i, c] * inside + motion.slopes[begin + i, c] * (
+            inside * inside - inside
+        )
+        z += run.by_channel[i, j - 3, c] * h * (total / parts - line)
+    return z, (1 - 2 * x) * rates[i, j] + 2 * x * (there - here) / h
+
+
+@njit(**HELPER)
+def row_of(axis, i, x, begin, m, motion, sensing, run, work):
+    """Error of one measurement (along ``axis``, where it has two); what its derivatives are summed from is noted."""
+    sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]
+    width, h = work.batch.shape[1], motion.h
+    heading, turning, one = np.int64(2), np.int64(5), np.int64(1)
+    psi, turn = _interpolated(heading, i, x, begin, motion, run)
+    r, change = _interpolated(turning, i, x, begin, motion, run)
+    for q in range(SOURCES):
+        work.counts[q] = 0
+    if k == HEADING:
+        _state(heading, 1.0, i, x, h, work)
+        _add(np.int64(2), 0 * width, 1.0, work)
+        _add(np.int64(2), 6 * width, -turn, work)
+        return sensing.value[m, 0] - (psi + sensor[0])
+    if k == YAW_RATE:
+        _state(turning, sensor[2], i, x, h, work)
+        _add(np.int64(2), one * width, 1.0, work)
+        _add(np.int64(2), 2 * width, r, work)
+        _add(np.int64(2), 7 * width, -sensor[2] * change, work)
+        return sensing.value[m, 0] - (sensor[2] * r + sensor[1])
+    c, s = math.cos(psi), math.sin(psi)
+    # where the antenna is from the origin, north and east, and what a turn moves it by
+    ahead, aside = c * sensor[3] - s * sensor[4], s * sensor[3] + c * sensor[4]
+    at, arm, x_arm, y_arm = (ahead, -aside, c, -s) if axis == 0 else (aside, ahead, s, c)
+    place, speed = _interpolated(axis, i, x, begin, motion, run)
+    if k == POSITION:
+        _state(axis, 1.0, i, x, h, work)
+        _state(heading, arm, i, x, h, work)
+        if used[3] or used[4]:
+            _add(np.int64(2), 3 * width, x_arm, work)
+            _add(np.int64(2), 4 * width, y_arm, work)
+        if used[5]:
+            _add(np.int64(2), 5 * width, -(speed + arm * r), work)
+        return sensing.value[m, axis] - (place + at)
+    here = (i * NX + axis) * width
+    _add(one, here, 1 - x, work)
+    _add(one, here + NX * width, x, work)
+    _state(turning, arm, i, x, h, work)
+    _state(heading, -at * r, i, x, h, work)
+    if used[3] or used[4]:
+        _add(np.int64(2), 3 * width, r * (-s if axis == 0 else c), work)
+        _add(np.int64(2), 4 * width, r * (-c if axis == 0 else -s), work)
+    if used[8]:
+        _add(np.int64(2), 8 * width, -(run.rates[i + 1, axis] - run.rates[i, axis]) / h, work)
+    return sensing.value[m, axis] - (speed + arm * r)

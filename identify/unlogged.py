@@ -1,0 +1,163 @@
+"""What the inputs hide between their samples, and what that leaves open in every window's predictions.
+
+The predictions' errors in a window are no white noise of the sensors alone: the vessel answered to what the inputs
+did between their samples (``identify.bridges``), which no log says. In units of the sensors' noise the errors'
+covariance is 1 + G Gᵀ, with the answers as columns of G. Errors and tangents are made white with it: along its
+eigenvectors they become smaller by 1/√(1+λ). How much of the largest possible variance there really is (a log may be
+written at every change) is the share that the errors themselves are most likely with.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identify import kernel
+from identify.bridges import Shapes, shapes_of
+from identify.compiled import motion_of, sensing_of
+from identify.drive import drive
+from identify.measure import rows_of_windows
+from identify.regression import through_water
+from identify.sample import work_for
+from identify.structure import Structure
+from identify.tangents import Along, padded, run_for
+
+if TYPE_CHECKING:
+    from identify.windows import Problem
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+#: Eigenvalues smaller than this change nothing.
+LEAST = 1e-2
+#: Shares of the largest possible variance that are tried.
+SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+#: Gain in 2 log likelihood from which a share is believed.
+BELIEVED = 6.0
+
+
+@dataclass(frozen=True)
+class Unlogged:
+    """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance."""
+
+    structure: Structure
+    p: FloatArray
+    share: float
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """What makes the errors of every window white.
+
+    Per stretch ``basis`` (m, 2, K): each window's own eigenvectors, in its samples' rows; ``shrink`` (w, K): λ/(1+λ),
+    0 where a window has fewer.
+    """
+
+    basis: tuple[FloatArray, ...]
+    shrink: FloatArray
+
+    def whitened(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
+        """Errors (m, 2) of a window, made white."""
+        shrink = self.shrink[number]
+        if not shrink.any():
+            return error
+        basis = self.basis[stretch][samples]
+        along = np.einsum("mak,ma->k", basis, error)
+        return np.asarray(error - basis @ ((1.0 - np.sqrt(1.0 - shrink)) * along), dtype=float)
+
+
+def whitening_of(problem: Problem) -> Whitening:
+    """What the errors of all windows are whitened by."""
+    known = problem.unlogged
+    if known is None:
+        raise ValueError("nothing is said of what the inputs did between their samples.")
+    answers = _answers(problem, known)
+    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
+    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
+    for number, w in enumerate(problem.windows):
+        power, vectors = _eigen(answers[w.stretch][w.samples], known.share)
+        shrink[number, : len(power)] = power / (1.0 + power)
+        basis[w.stretch][w.samples, :, : len(power)] = vectors
+    return Whitening(basis, shrink)
+
+
+def most_likely(
+    problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray]
+) -> Unlogged | None:
+    """What errors ``raw`` (m, 2) of each window are likeliest with; None where the inputs hide nothing.
+
+    Positions are left out: their slow errors may as well be the receiver's.
+    """
+    most = Unlogged(structure, p, 1.0)
+    gains = _gains(problem, most, raw)
+    best = int(np.argmax(gains))
+    return replace(most, share=SHARES[best]) if gains[best] > BELIEVED else None
+
+
+def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
+    """What each share gains in 2 log likelihood (shares,)."""
+    answers, share = _answers(problem, known), np.array(SHARES)[:, None]
+    gains = np.zeros(len(SHARES))
+    for w, error in zip(problem.windows, raw, strict=True):
+        steady = (problem.kinds(w) != kernel.POSITION)[:, None]
+        power, vectors = _eigen(answers[w.stretch][w.samples] * steady[:, :, None], 1.0)
+        along = np.einsum("mak,ma->k", vectors, error * steady)
+        gains += np.sum(along**2 * share * power / (1.0 + share * power) - np.log1p(share * power), axis=1)
+    return gains
+
+
+def _eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (k,) of the answers' covariance, and its eigenvectors (m, 2, k) in the samples' rows."""
+    flat = answers.reshape(2 * len(answers), answers.shape[2])
+    power, turn = np.linalg.eigh(share * (flat.T @ flat))
+    large = power > LEAST
+    vectors = math.sqrt(share) * flat @ turn[:, large] / np.sqrt(power[large])
+    return power[large], vectors.reshape(*answers.shape[:2], -1)
+
+
+def _answers(problem: Problem, known: Unlogged) -> list[FloatArray]:
+    """Per stretch: answers (m, 2, K) of its samples to what the inputs hide in their own window, weighted."""
+    return [_of_stretch(problem, known, k) for k in range(len(problem.stretches))]
+
+
+def _of_stretch(problem: Problem, known: Unlogged, number: int) -> FloatArray:
+    stretch = problem.stretches[number]
+    windows = [w for w in problem.windows if w.stretch == number]
+    out = np.zeros((len(stretch.samples.t), 2, 0))
+    if not windows:
+        return out
+    structure, p = known.structure, known.p
+    here = drive(structure, p, stretch)
+    shapes = shapes_of(structure, p, stretch, [(w.first, w.steps) for w in windows])
+    if not shapes.count:
+        return out
+    out = np.zeros((*out.shape[:2], shapes.count))
+    width = padded(kernel.NX + shapes.count)
+    begin, length = (np.array([getattr(w, n) for w in windows], dtype=np.int64) for n in ("first", "steps"))
+    samples = np.array([(w.samples.start, w.samples.stop) for w in windows], dtype=np.int64)
+    first = np.zeros((len(windows), kernel.NX))
+    first[:, :6] = through_water(stretch.states[begin], here.current)
+    tape = structure.table.tape
+    rows_of_windows(
+        first, begin, length, samples, motion_of(structure, here, stretch.h), tape.steps, _along(shapes, width),
+        sensing_of(problem.inflation, stretch, here.sensor, np.zeros((kernel.NM, width))),
+        run_for(tape, int(length.max()), width, here.channels.shape[1]), work_for(width), out,
+    )  # fmt: skip
+    return out
+
+
+def _along(shapes: Shapes, width: int) -> Along:
+    """Directions that are the shapes alone, each in all channels."""
+    steps, count, channels = shapes.mean.shape
+    none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
+    place = np.tile(kernel.CHANNEL + np.arange(channels), count)
+    column = kernel.NX + np.arange(count)
+    mean, slope = shapes.mean.reshape(steps, -1), shapes.slope.reshape(steps, -1)
+    return Along(
+        none, none, none, nothing, none, none, none, nothing, column, place, np.repeat(column, channels),
+        mean, slope, np.zeros((2, width)),
+    )  # fmt: skip

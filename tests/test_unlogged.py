@@ -1,0 +1,86 @@
+"""Inputs that are logged less often than they change: what they hide is no lack of the model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import modulus_truth, trials_of
+
+from fixtures.sensors import Suite
+from identify.base_fit import fit_from_scratch
+from identify.bridges import MOST, shapes_of
+from identify.prepare import prepare
+from identify.report_fit import make_fit
+from identify.unlogged import Unlogged
+from identify.windows import moments
+
+SELDOM = Suite(input_rate=4.0)
+
+
+@cache
+def sailed(seldom=True):
+    ship, trials = trials_of(
+        "catamaran", ("zigzag", "random", "zigzag10"), 80.0, 3, (), suite=SELDOM if seldom else Suite()
+    )
+    prepared = prepare(trials, "modulus")
+    return ship, prepared, fit_from_scratch(prepared.structure, prepared.identify)
+
+
+def test_a_log_at_four_hertz_leaves_a_clean_campaign_clean():
+    ship, prepared, fitted = sailed()
+    assert fitted.problem.unlogged.share > 0.2
+    assert 0.9 < fitted.chi2_per_dof < 1.15
+    bare = replace(fitted.problem, unlogged=None)
+    s = fitted.solution
+    raw = moments(bare, s.structure, s.p, s.first)
+    assert raw.cost > 5.0 * s.moments.cost  # which the inputs' changes alone had made
+    truth = modulus_truth(ship)
+    fit = make_fit(prepared, fitted, estimator="output_error", optimiser="gauss_newton", seed=0)
+    large = [c for c in fit.coefficients if c.stderr < 0.05 * abs(truth[c.dof, c.term])]
+    assert len(large) >= 8
+    assert all(c.value / truth[c.dof, c.term] == pytest.approx(1.0, abs=0.15) for c in large)
+
+
+def test_a_log_at_every_change_hides_next_to_nothing():
+    _, _, fitted = sailed(seldom=False)
+    assert fitted.problem.unlogged is None or fitted.problem.unlogged.share < 0.02
+
+
+def test_whitening_is_that_of_the_covariance():
+    """The moments' cost is eᵀ (1 + G Gᵀ)⁻¹ e, and the white errors' squares add up to it."""
+    _, _, fitted = sailed()
+    s, problem = fitted.solution, fitted.problem
+    bare = moments(replace(problem, unlogged=None), s.structure, s.p, s.first)
+    whitening = problem.whitening
+    for k, w in enumerate(problem.windows):
+        basis, shrink = whitening.basis[w.stretch][w.samples], whitening.shrink[k]
+        e, v = bare.residuals[k].ravel(), basis[:, :, shrink > 0].reshape(-1, int(np.sum(shrink > 0)))
+        assert np.allclose(v.T @ v, np.eye(v.shape[1]), atol=1e-6)
+        covariance = np.eye(len(e)) + v @ np.diag(shrink[shrink > 0] / (1.0 - shrink[shrink > 0])) @ v.T
+        expected = e @ np.linalg.solve(covariance, e)
+        assert np.isclose(s.moments.matrices[k, -1, -1], expected, rtol=1e-5)
+        assert np.isclose(np.sum(s.moments.residuals[k] ** 2), expected, rtol=1e-5)
+
+
+def test_shapes_move_a_change_by_a_twelfth_of_its_interval_squared():
+    """A change that may come at any time within an interval T has a variance of T²/12."""
+    _, _, fitted = sailed()
+    stretch, s = fitted.problem.stretches[0], fitted.solution
+    shapes = shapes_of(s.structure, s.p, stretch, [(0, stretch.steps)])
+    assert 0 < shapes.count <= MOST
+    place = s.structure.table.channels.index("T:thruster")
+    area = np.abs(shapes.mean[:, :, place].sum(axis=0)) * stretch.h
+    logged = [stretch.inputs[i.name] for i in s.structure.inputs]
+    jumps = np.concatenate([np.abs(np.diff(np.abs(m.value) * m.value)) for m in logged])
+    largest = np.sort(jumps)[-1] * 0.25 / np.sqrt(12.0)
+    assert np.isclose(area.max(), largest, rtol=0.1)
+
+
+def test_what_hides_nothing_whitens_nothing():
+    _, _, fitted = sailed()
+    s = fitted.solution
+    problem = replace(fitted.problem, unlogged=Unlogged(s.structure, s.p, 1e-12))
+    assert not problem.whitening.shrink.any()
