@@ -13,14 +13,15 @@ import numpy as np
 from identify.choose_model import CONSIDERED, missing_inputs
 from identify.fit_with import fit_with, takes_optimiser
 from identify.models import MODEL_BY_NAME
-from identify.prepare import prepare
+from identify.predict import free_run
+from identify.prepare import Prepared, prepare
 from ingest.errors import DataError, SeatrialError, UsageError
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.parallel import map_tasks
 from seatrial.pipeline import read_logs, runs_of
 from seatrial.progress import Progress, silent
-from validate.scores import predictions, validation
+from validate.scores import held_after_running_away, predictions, validation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,6 +80,15 @@ def models_for(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(m for m in CONSIDERED if not missing_inputs(m, first.vessel, first.inputs_declared))
 
 
+def left_aside(trials: Sequence[Trial]) -> Iterator[dict[str, object]]:
+    """A row without figures for each model that the inputs cannot drive; its note says why."""
+    first = trials[0]
+    for name in CONSIDERED:
+        note = missing_inputs(name, first.vessel, first.inputs_declared)
+        if note:
+            yield {"model": name, "estimator": "", "optimiser": "", "note": f"not compared: {note}"}
+
+
 def compare(
     campaign: Campaign,
     models: Sequence[str] = (),
@@ -107,6 +117,7 @@ def compare(
         One row per method, best first. ``error`` is the free-running error on the logs that validate (where none
         does, on those identified on): root mean square over u, v, r in units of each channel's standard deviation;
         a channel that a model does not predict counts as its mean. ``seconds`` are processor seconds of the fit.
+        ``note`` says what went wrong; what gave no model, or was not tried, comes last, without an error.
 
     Raises
     ------
@@ -121,9 +132,10 @@ def compare(
     trials = make_trials(
         runs, campaign.vessel, campaign.inputs, sensors, lambda _name, _share: None, campaign.smoothing
     )
-    asked = models_for(trials) if not models or "auto" in models else models
-    chosen = methods(asked, estimators, optimisers)
-    return table_of_methods(list(rows(trials, chosen, seed, workers, scheduler, progress)))
+    every = not models or "auto" in models
+    chosen = methods(models_for(trials) if every else models, estimators, optimisers)
+    found = list(rows(trials, chosen, seed, workers, scheduler, progress))
+    return table_of_methods([*found, *(left_aside(trials) if every else ())])
 
 
 def rows(
@@ -172,22 +184,33 @@ def score_method(task: Task) -> dict[str, object]:
     seconds = time.process_time() - began
     structure, p = fitted.solution.structure, fitted.solution.p
     unseen = prepared.validate or prepared.identify
-    scores = validation(structure, prepared.validate, predictions(structure, p, prepared.validate))
-    own = _error(structure.model.predicts, prepared.identify, predictions(structure, p, prepared.identify))
+    free = [free_run(structure, p, s) for s in unseen]
+    predicted = [held_after_running_away(f) for f in free]
+    scores = validation(structure, prepared.validate, predicted if prepared.validate else [])
+    own = predictions(structure, p, prepared.identify) if prepared.validate else predicted
     return {
         "model": task.method.model,
         "estimator": task.method.estimator,
         "optimiser": task.method.optimiser,
-        "error": _error(structure.model.predicts, unseen, predictions(structure, p, unseen)),
+        "error": _error(structure.model.predicts, unseen, predicted),
         **{f"r2_{c}": scores.channels[c].r2 for c in CHANNELS},
         "fitness": scores.fitness,
         "position_rmse": scores.position_rmse,
         "heading_rmse": scores.heading_rmse,
-        "error_identify": own,
+        "error_identify": _error(structure.model.predicts, prepared.identify, own),
         "parameters": len(structure.simple),
         "seconds": seconds,
-        "note": "" if prepared.validate else "no log validates: the error is of the logs identified on",
+        "note": _note(prepared, free),
     }
+
+
+def _note(prepared: Prepared, free: Sequence[np.ndarray]) -> str:
+    """What is to be said of a prediction."""
+    away = sum(not np.isfinite(f).all() for f in free)
+    notes = (f"runs away in {away} of {len(free)} stretches that are predicted",) if away else ()
+    if not prepared.validate:
+        notes = (*notes, "no log validates: the error is of the logs identified on")
+    return "; ".join(notes)
 
 
 def _error(predicts: Sequence[str], stretches: Sequence[Stretch], predicted: Sequence[np.ndarray]) -> float:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from ingest.errors import DataError, UsageError
 from seatrial import comparison, fleet_run
+from seatrial.cli import compare_command
 from seatrial.cli.app import make_app
 from seatrial.comparison import Method, Task, methods, models_for, score_method, table_of_methods
 from seatrial.fleet_run import Options, campaigns_in, fleet, read_summary, voyages
@@ -100,6 +101,31 @@ def test_a_model_that_is_not_there_is_a_row_and_not_the_end():
         score_method(Task(trials(), Method("mmg"), 0))
 
 
+def test_a_prediction_that_runs_away_is_said(monkeypatch):
+    good = comparison.free_run
+
+    def away(structure, p, stretch):
+        found = good(structure, p, stretch)
+        found[len(found) // 2 :] = np.nan
+        return found
+
+    monkeypatch.setattr(comparison, "free_run", away)
+    row = score_method(Task(trials(), Method("modulus", "weak_form"), 0))
+    assert row["note"] == "runs away in 1 of 1 stretches that are predicted"
+    assert row["error"] > scored("modulus", "weak_form")["error"]
+
+
+def test_figures_of_any_size_keep_their_columns(capsys):
+    rows = [scored("linear"), scored("modulus") | {"error": 5.1e6, "r2_u": -4e5, "note": "runs away"}]
+    compare_command._show(table_of_methods(rows))
+    printed = capsys.readouterr().out
+    assert "5e+06" in printed
+    assert "< -10" in printed
+    assert "modulus ls: runs away" in printed
+    assert "Optimiser" not in printed
+    assert max(map(len, printed.splitlines())) <= 80
+
+
 def test_the_command_prints_a_table_and_draws(tmp_path, monkeypatch):
     (tmp_path / "a.csv").write_text("t\n")
     (tmp_path / "campaign.toml").write_text(CAMPAIGN)
@@ -110,11 +136,14 @@ def test_the_command_prints_a_table_and_draws(tmp_path, monkeypatch):
     shown = CliRunner().invoke(make_app(), [*arguments, "--out", str(tmp_path / "table.svg")])
     assert shown.exit_code == 0, shown.output
     lines = [line for line in shown.output.splitlines() if line.startswith(("modulus", "linear"))]
+    assert sum("not compared" in line for line in lines) == 0
     assert len(lines) == 4
     assert lines[0].startswith("modulus")
+    assert "abkowitz, blanke, cybership2, taylor3, zhu2019: not compared: no rudder" in shown.output
     assert (tmp_path / "table.svg").stat().st_size > 1000
     table = pd.read_csv(tmp_path / "table.csv")
-    assert len(table) == 4
+    assert len(table.dropna(subset="error")) == 4
+    assert table["error"].isna().tolist() == sorted(table["error"].isna())
     data = json.loads(CliRunner().invoke(make_app(), [*arguments, "--model", "linear", "--json"]).output)
     assert {row["estimator"] for row in data} == {"ls", "weak_form"}
 

@@ -79,21 +79,56 @@ def _names(text: str | None) -> list[str]:
     return [n.strip() for n in (text or "").split(",") if n.strip()]
 
 
+#: Of what the figures are.
+LEGEND = (
+    "Error: free-running on unseen logs, in standard deviations of u, v, r (1: no better than their mean). "
+    "s: processor time of the fit. No effect beyond the model's own terms is looked for here; 'seatrial run' does that."
+)
+#: Where the best error is larger than this, all methods miss the same thing.
+POOR = 0.7
+
+
 def _show(table: pd.DataFrame) -> None:
     from rich.text import Text
 
     from seatrial.cli.tables import say, table_of
 
-    columns = ("Model", "Estimator", "Optimiser", "Error", "R² u", "R² v", "R² r", "s")
-    values = ["error", "r2_u", "r2_v", "r2_r", "seconds"]
-    numbers = table[values].astype(float).to_numpy()
-    names = table[["model", "estimator", "optimiser"]].astype(str).to_numpy()
-    rows = [[*map(str, n), *map(_short, v)] for n, v in zip(names, numbers, strict=True)]
-    notes = [f"{n[0]}: {note}" for n, note in zip(names, table["note"].fillna(""), strict=True) if note]
-    say(table_of(columns, rows, columns[3:]), *(Text(note, style="yellow") for note in dict.fromkeys(notes)))
+    tried = table[table["estimator"] != ""]
+    plain = bool((tried["optimiser"] == "auto").all())
+    names = ["model", "estimator"] + ([] if plain else ["optimiser"])
+    columns = (*(n.capitalize() for n in names), "Error", "R² u", "R² v", "R² r", "s")
+    values = tried[["error", "r2_u", "r2_v", "r2_r", "seconds"]].astype(float).to_numpy()
+    rows = [
+        [*map(str, n), _short(v[0]), *map(_share, v[1:4]), _short(v[4])]
+        for n, v in zip(tried[names].to_numpy(), values, strict=True)
+    ]
+    say(table_of(columns, rows, columns[len(names) :]), Text(LEGEND, style="dim"))
+    say(*(Text(line, style="yellow") for line in _remarks(table)))
+
+
+def _remarks(table: pd.DataFrame) -> list[str]:
+    """What is to be said of methods that failed, and of all of them."""
+    by_note: dict[str, list[str]] = {}
+    for row in table.itertuples():
+        if row.note:
+            by_note.setdefault(str(row.note), []).append(f"{row.model} {row.estimator}".strip())
+    lines = [f"{', '.join(names)}: {note}" for note, names in by_note.items() if len(names) < len(table)]
+    lines += [note for note, names in by_note.items() if len(names) == len(table)]
+    if float(table["error"].min()) > POOR:
+        lines.append("No method predicts these logs well: 'seatrial run' looks for what the models lack.")
+    return lines
 
 
 def _short(value: float) -> str:
     if value != value:
         return "–"
-    return f"{value:.3f}" if abs(value) < 10 else f"{value:.2g}"
+    if value >= 1e4:
+        return f"{value:.0e}"
+    return f"{value:.3f}" if value < 10 else f"{value:.0f}"
+
+
+def _share(value: float) -> str:
+    """An R²; how far below nothing it is says nothing."""
+    if value != value:
+        return "–"
+    return f"{value:.3f}" if value > -9.9995 else "< -10"
