@@ -43,8 +43,8 @@ CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "taylor3",
 AS_GOOD = 0.02
 #: Models whose coefficients windows of a few logs could not tell; considered where whole logs are predicted.
 RICH = ("taylor_modulus",)
-#: Length of the windows that are fitted, s.
-ROUGH = 10.0
+#: Length of the windows that are fitted, s; less where there would not be so many of them to leave out.
+ROUGH, LEAST_WINDOWS = 10.0, 3
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5
 #: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
@@ -152,11 +152,17 @@ def _tried(trials: Sequence[Trial], name: str) -> _Tried:
         return _Tried(Considered(name, 0, np.inf, (), note))
     prepared = prepare(trials, name)
     terms = len(prepared.structure.setting.terms)
-    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=ROUGH, rounds=0)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=_rough(prepared), rounds=0)
     if not np.isfinite(fitted.solution.cost):
         return _Tried(Considered(name, terms, np.inf, (), "ran away"))
     squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
     return _Tried(_of_squares(name, terms, squares), prepared, fitted)
+
+
+def _rough(prepared: Prepared) -> float:
+    """Length of the windows, s: of a single short log at least three are made, so that one can be left out."""
+    longest = max(s.steps * s.h for s in prepared.identify)
+    return min(ROUGH, longest / LEAST_WINDOWS) if len(prepared.identify) == 1 else ROUGH
 
 
 def _of_squares(name: str, terms: int, squares: Sequence[tuple[float, int]]) -> Considered:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from ingest import read_log
 from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
+from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.campaign import Campaign, LogEntry, with_options
 from seatrial.parallel import map_tasks
@@ -74,9 +76,10 @@ def run(
         trials = make_trials(runs, campaign.vessel, campaign.inputs, sensors, tell, campaign.smoothing)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
+    name, said = chosen_model(trials, campaign.model, watch)
     found = analyse(
         trials,
-        model=campaign.model,
+        model=name,
         estimator=campaign.estimator,
         optimiser=campaign.optimiser,
         seed=seed,
@@ -88,8 +91,8 @@ def run(
         campaign=str(campaign.path),
         logs=tuple(logs),
         trials=tuple(trials),
-        before=found.before,
-        after=found.after,
+        before=replace(found.before, notes=(*said, *found.before.notes)),
+        after=replace(found.after, notes=(*said, *found.after.notes)),
         validation_before=found.validation_before,
         validation_after=found.validation_after,
         diagnosis=found.diagnosis,
@@ -102,6 +105,20 @@ def run(
     if out is not None:
         write(results, Path(out), watch)
     return results
+
+
+def chosen_model(
+    trials: Sequence[Trial], name: str, progress: Progress = silent
+) -> tuple[str, tuple[str, ...]]:
+    """The declared model, or what the data support where it is ``auto``; and what to say of that."""
+    if name != "auto":
+        return name, ()
+    from identify.choice_words import choice_in_words
+    from identify.choose_model import choose_model
+
+    progress("identify", "which model", 0.0)
+    chosen, table = choose_model(trials)
+    return chosen, (choice_in_words(chosen, table, sum(t.role == "identify" for t in trials)),)
 
 
 def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent) -> list[Log]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
+from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of, trials_of
 
-from identify.choose_model import CONSIDERED, Considered, missing_inputs, simplest
+from identify.choice_words import choice_in_words
+from identify.choose_model import CONSIDERED, Considered, choose_model, missing_inputs, simplest
 from identify.forces import channel_names, channels
 from identify.models import MODEL_BY_NAME, MODELS, terms_for
 from identify.regression import factor_values
@@ -183,3 +185,27 @@ def test_auto_considers_only_models_whose_inputs_exist():
     assert [m for m in CONSIDERED if not missing_inputs(m, BOAT, MOTORS)] == ["linear", "modulus"]
     middle = (Input("n", "propeller"),)
     assert all(missing_inputs(m, BOAT, middle) for m in CONSIDERED)
+
+
+@pytest.mark.parametrize("seconds", [9.0, 25.0])
+def test_auto_on_a_single_short_zigzag_chooses_and_says_how(seconds):
+    _, made = trials_of("usv", ("zigzag",), seconds, 5)
+    (trial,) = (replace(t, role="identify") for t in made)
+    name, table = choose_model([trial])
+    taken = next(c for c in table if c.name == name)
+    assert len(taken.parts) >= 2
+    assert taken.error <= 1.02 * table[0].error
+    said = choice_in_words(name, table, 1)
+    assert f"'{name}' was chosen: left out in turn, parts of the log" in said
+    assert "What only another manoeuvre would show could not be asked" in said
+
+
+def test_what_auto_says_of_a_poor_choice_and_of_whole_logs():
+    table = (Considered("taylor_modulus", 60, 1.2), Considered("blanke", 18, 1.21), Considered("linear", 12, 40.0),
+             Considered("zhu2019", 0, np.inf, (), "no rudder"))  # fmt: skip
+    said = choice_in_words("blanke", table, 6)
+    assert "left out in turn, whole logs are predicted with an error of 1.2" in said
+    assert "(the others: taylor_modulus 1.2, linear > 10)" in said
+    assert "'taylor_modulus' is no more than 2 % better and has more coefficients" in said
+    assert "the choice means little" in said
+    assert "zhu2019" not in said
