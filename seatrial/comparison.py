@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.choose_model import CONSIDERED, missing_inputs
+from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs
+from identify.choose_model import CONSIDERED, RICH, missing_inputs
 from identify.fit_with import fit_with, takes_optimiser
 from identify.models import MODEL_BY_NAME
 from identify.predict import free_run
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 ESTIMATORS = ("output_error", "weak_form", "ls", "rw_lssvr")
 OPTIMISERS = ("auto",)
 CHANNELS = ("u", "v", "r")
+#: Models of many coefficients are compared where more logs than this are identified on.
+SEVERAL = 2
 COLUMNS = (
     "model", "estimator", "optimiser", "error", "r2_u", "r2_v", "r2_r", "fitness", "position_rmse", "heading_rmse",
     "error_identify", "parameters", "seconds", "note",
@@ -75,9 +78,11 @@ def methods(
 
 
 def models_for(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Models whose inputs exist."""
+    """Models whose inputs exist; those of many coefficients where several logs are there to tell them."""
     first = trials[0]
-    return tuple(m for m in CONSIDERED if not missing_inputs(m, first.vessel, first.inputs_declared))
+    several = sum(t.role == "identify" for t in trials) > SEVERAL
+    every = (*CONSIDERED, *(RICH if several else ()))
+    return tuple(m for m in every if not missing_inputs(m, first.vessel, first.inputs_declared))
 
 
 def left_aside(trials: Sequence[Trial]) -> Iterator[dict[str, object]]:
@@ -180,7 +185,7 @@ def score_method(task: Task) -> dict[str, object]:
         raise UsageError(f"the model '{task.method.model}' cannot be fitted here.")
     prepared = prepare(task.trials, task.method.model)
     began = time.process_time()
-    fitted = fit_with(prepared, task.method.estimator, task.method.optimiser, task.seed)
+    fitted = _fitted(prepared, task.method, task.seed)
     seconds = time.process_time() - began
     structure, p = fitted.solution.structure, fitted.solution.p
     unseen = prepared.validate or prepared.identify
@@ -202,6 +207,16 @@ def score_method(task: Task) -> dict[str, object]:
         "seconds": seconds,
         "note": _note(prepared, free),
     }
+
+
+def _fitted(prepared: Prepared, method: Method, seed: int) -> Fitted:
+    """The fit that ``seatrial run`` would end with, no effect being found."""
+    fitted = fit_with(prepared, method.estimator, method.optimiser, seed)
+    if method.estimator != "output_error" or method.optimiser != "auto":
+        return fitted
+    if fitted.chi2_per_dof < FAR:
+        return over_whole_logs(fitted)
+    return fit_far_from_noise(prepared.structure, prepared.identify)
 
 
 def _note(prepared: Prepared, free: Sequence[np.ndarray]) -> str:
