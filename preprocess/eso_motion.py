@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from preprocess.chains import Segments, Stream, assemble, at_levels, inside
-from preprocess.commanded import fitted_intensity
 from preprocess.eso import Observer, observe
 from preprocess.first_levels import first_guess
+from preprocess.intensity import fitted_intensity
 from preprocess.kalman import IntArray
 from preprocess.levels import thin_out
 from preprocess.smoother import ChainResult, states

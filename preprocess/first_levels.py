@@ -78,13 +78,17 @@ def chain_levels(
 
 
 def own_noise(stream: Stream, segments: Segments) -> float:
-    """Noise that a sensor shows by itself, without the others: a bound on what all together may claim."""
+    """Noise that a sensor shows by itself, without the others: a bound on what all together may claim.
+
+    Of two estimates the lower: likelihood takes bursts of motion for noise where they are rare, differences of
+    neighbours take any motion for noise where it is sampled slowly.
+    """
     alone = (replace(stream, order=0),)
     start, prior = first_guess(alone)
     assembled = assemble(alone, segments, np.empty(0))
     rows, which = thin_out(assembled.rows, assembled.stream, MOST_ROWS)
     levels = estimate_levels(rows, which, start, prior, np.array([stream.sigma]), np.zeros(1))
-    return float(levels.sigma[0])
+    return min(float(levels.sigma[0]), rough_scale(stream)[0])
 
 
 def bounds_of(streams: tuple[Stream, ...], segments: Segments) -> Bounds:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from preprocess.chains import Segments, Stream, assemble, at_levels, inside
-from preprocess.commanded import fitted_intensity
 from preprocess.first_levels import first_guess
+from preprocess.intensity import fitted_intensity
 from preprocess.kalman import Rows, cost
 from preprocess.levels import BLOCKS, MOST_ROWS
 from preprocess.offsets import LONGEST, WORST, ClockOffset, search

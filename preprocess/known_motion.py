@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from preprocess.chains import Segments, Stream, assemble, at_levels
-from preprocess.commanded import fitted_cost
 from preprocess.first_levels import first_guess
+from preprocess.intensity import fitted_cost
 from preprocess.levels import Levels, thin_out
 from preprocess.smoother import ChainResult
 from preprocess.trial import FloatArray

@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from preprocess.intensity import fitted_intensity
 from preprocess.kalman import IntArray, Rows, cost
 from preprocess.trial import FloatArray
 
 #: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
 MOST_ROWS = 12_000
 BLOCKS = 8
+#: Cost of a level beyond its bounds, per square of the logarithm.
+STEEP = 100.0
 #: … and for a first look, whose levels are estimated again.
 FEW_ROWS = 4_000
 
@@ -96,14 +99,21 @@ def estimate_levels(
         sigma[free] = np.clip(np.exp(np.clip(x[1:], -34.0, 34.0)), least[free], upper[free])
         return float(np.exp(np.clip(x[0], -80.0, 60.0))), sigma
 
+    def rows_at(sigma: FloatArray) -> Rows:
+        return replace(thin, variance=np.append(sigma, 1.0)[which] ** 2 * thin.variance)
+
     def objective(x: FloatArray) -> float:
         nonlocal count
         count += 1
         q, sigma = levels_of(x)
-        variance = np.append(sigma, 1.0)[which] ** 2 * thin.variance
-        return cost(replace(thin, variance=variance), q, prior)
+        beyond = x[1:] - np.log(
+            sigma[free]
+        )  # a slope back to the bounds, or a search ends on the level beyond
+        return cost(rows_at(sigma), q, prior) + STEEP * float(beyond @ beyond)
 
     first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
+    if not near:
+        first[0] = np.log(fitted_intensity(rows_at(levels_of(first)[1]), start.q, prior))
     steps = (0.25 if near else 1.0) * np.r_[2.0, np.full(len(free), 0.5)]
     simplex = np.vstack([first, first + np.diag(steps)])
     options = {"initial_simplex": simplex, "xatol": 1e-2, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
