@@ -14,7 +14,7 @@ from identify.prepare import Prepared
 from identify.structure import Structure
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
-from validate.judgement import Judged, judge, least_gain, under, worthwhile
+from validate.judgement import INDISTINCT, Judged, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
@@ -66,7 +66,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     on from there; else it begins with short windows, in which a model that lacks much cannot run away.
     """
     pace = pace or Pace()
-    wiring = better_wiring(prepared.structure, prepared.identify)
+    wiring = _wiring(prepared, declared)
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     if wiring:
         pace(f"taken: {wiring.active.label}")
@@ -82,6 +82,17 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     fine = _pruned(fine, pace)
     standing = _standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
+
+
+def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
+    """The wiring that the accelerations prefer; none where the declared one, at the noise, is likelier all the same."""
+    wiring = better_wiring(prepared.structure, prepared.identify)
+    if wiring is None or declared is None or declared.chi2_per_dof > NEAR:
+        return wiring
+    structure = prepared.structure.with_effect(wiring.active)
+    anew = fit_from_scratch(structure, prepared.identify, length=declared.problem.length, rounds=0)
+    other = under(declared.problem, anew, 20)
+    return wiring if other.solution.total < declared.solution.total + INDISTINCT else None
 
 
 def refined(fitted: Fitted) -> Fitted:
