@@ -1,8 +1,8 @@
 """The prime system: coefficients without dimension, and back (SNAME 1950).
 
 Lengths are measured in ship lengths L, speeds in the reference speed U, times in L/U. A coefficient per unit inertia
-multiplies a regressor; its prime value is what it is when all of these are 1. Revolutions keep their unit, angles are
-numbers.
+multiplies a regressor; its prime value is what it is when all of these are 1: revolutions are measured in U/L,
+angles are numbers.
 """
 
 from __future__ import annotations

@@ -11,21 +11,33 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from identify.similar import prime_coefficients, similar
     from identify.simulate import simulate
     from ingest import read_log
     from seatrial.campaign import Campaign, load_campaign
     from seatrial.models import load_model
     from seatrial.pipeline import run
 
-__all__ = ["Campaign", "load_campaign", "load_model", "read_log", "run", "simulate"]
+__all__ = [
+    "Campaign",
+    "load_campaign",
+    "load_model",
+    "prime_coefficients",
+    "read_log",
+    "run",
+    "similar",
+    "simulate",
+]
 
 #: Where each public name lives: imported when it is first used, so that the command line starts at once.
 _HOMES = {
     "Campaign": "seatrial.campaign",
     "load_campaign": "seatrial.campaign",
     "load_model": "seatrial.models",
+    "prime_coefficients": "identify.similar",
     "read_log": "ingest",
     "run": "seatrial.pipeline",
+    "similar": "identify.similar",
     "simulate": "identify.simulate",
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -13,6 +13,7 @@ from seatrial.cli.tables import table_of
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from identify.fit import Estimated
     from identify.simulate import Manoeuvre, Measure
 
 _SHOWN = {"rad": ("°", 180.0 / math.pi), "rad/s": ("°/s", 180.0 / math.pi)}
@@ -26,6 +27,27 @@ def manoeuvre_tables(m: Manoeuvre, length: float) -> Iterator[RenderableType]:
     yield table_of(columns, [_row(x, length, limits) for x in m.measures], columns[1:])
     yield from (Text(f"  {note}", style="yellow") for note in m.notes)
     yield Text("")
+
+
+def prime_tables(coefficients: Sequence[Estimated], length: float, speed: float) -> Iterator[RenderableType]:
+    """The derivatives without dimension."""
+    yield Text(f"prime system: lengths in {length:.4g} m, speeds in {speed:.4g} m/s", style="bold")
+    columns = ("Derivative", "Of", "Value", "±", "%")
+    rows = [
+        (
+            c.name + "'",
+            c.term,
+            _short(c.value),
+            _short(c.stderr),
+            _short(100.0 * c.stderr / abs(c.value)) if c.value else "",
+        )
+        for c in coefficients
+    ]
+    yield table_of(columns, rows, columns[2:])
+    yield Text(
+        "Per unit of inertia: accelerations in U²/L and U²/L², revolutions in U/L, angles in rad.",
+        style="dim",
+    )
 
 
 def _row(m: Measure, length: float, limits: bool) -> tuple[str, ...]:

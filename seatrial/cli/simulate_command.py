@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from identify.fit import Fit
     from identify.simulate import Manoeuvre, Measure, Order
 
 #: What is done where nothing was asked for.
@@ -29,6 +30,13 @@ def command(
     conditions: Annotated[
         bool, typer.Option("--conditions", help="Keep the current and the wind that were found.")
     ] = False,
+    length: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Of a ship of the same form, m, by Froude's law [default: its own]."),
+    ] = None,
+    prime: Annotated[
+        bool, typer.Option("--prime", help="Print the derivatives without dimension instead.")
+    ] = False,
     samples: Annotated[int, typer.Option(min=0, help="Draws for the uncertainty.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same draws.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Plot of the tracks (.png, .svg or .pdf).")] = None,
@@ -41,6 +49,10 @@ def command(
         seatrial simulate trials/results
 
         seatrial simulate model.json "zigzag 10/10" "circle 35" --speed 2.5 --out tracks.svg
+
+        seatrial simulate model.json --length 320
+
+        seatrial simulate model.json --prime
     """
     import dataclasses
     import json as text
@@ -51,6 +63,13 @@ def command(
     from seatrial.operating_point import with_operating_point
 
     fit = with_operating_point(load_model(model), model)
+    if length is not None:
+        from identify.similar import similar
+
+        fit = similar(fit, length)
+    if prime:
+        _print_prime(fit, speed or None, json)
+        return
     changes = {"speed": speed or None, "log": log, "conditions": conditions, "samples": samples}
     orders = [
         dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
@@ -73,6 +92,23 @@ def command(
 
     for m in done:
         say(*manoeuvre_tables(m, fit.vessel.length))
+
+
+def _print_prime(fit: Fit, speed: float | None, as_json: bool) -> None:
+    import json as text
+
+    from identify.similar import prime_coefficients, reference_speed
+
+    reference, found = reference_speed(fit, speed), prime_coefficients(fit, speed)
+    if as_json:
+        rows = [{"dof": c.dof, "name": c.name, "value": c.value, "stderr": c.stderr} for c in found]
+        data = {"length": fit.vessel.length, "speed": reference, "coefficients": rows}
+        typer.echo(text.dumps(data, indent=1, ensure_ascii=False))
+        return
+    from seatrial.cli.manoeuvre_tables import prime_tables
+    from seatrial.cli.tables import say
+
+    say(*prime_tables(found, fit.vessel.length, reference))
 
 
 def _possible(inputs: tuple[object, ...]) -> tuple[str, ...]:
