@@ -18,7 +18,7 @@ from benchmarks.preprocess_cases import (
     trial_of,
     truth_of,
 )
-from benchmarks.preprocess_rivals import METHODS, given
+from benchmarks.preprocess_rivals import METHODS, OBSERVERS, given
 from preprocess.outliers import robust_three_sigma, sliding_three_sigma
 
 
@@ -32,6 +32,8 @@ def accuracy(seeds: int, cases=CASES) -> None:
             table.setdefault("default", []).append(errors(trial.states, made.truth))
             table.setdefault("given", []).append(errors(given(trial, made), made.truth))
             table.setdefault("given, plain", []).append(errors(given(trial, made, plain=True), made.truth))
+            for name, method in OBSERVERS.items():
+                table.setdefault(name, []).append(errors(method(made), made.truth))
             for name, method in METHODS.items():
                 table.setdefault(name, []).append(errors(method(trial), made.truth))
         print(f"\n{rates_of(case)}")

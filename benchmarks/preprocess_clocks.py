@@ -12,6 +12,8 @@ from preprocess.trial import Trial
 #: True offsets, s, in turn; length of a log, s; rates of the sensors, Hz.
 DELAYS, DURATION = (-0.2, 0.1, 0.3), 150.0
 RATES = {"position": 5, "heading": 10, "yaw_rate": 20}
+#: Interval at which the inputs are logged, s.
+LOGGED = 0.1
 #: Streams and the names that findings have for them.
 STREAMS = {"yaw_rate": "yaw_rate", "position": "position", "inputs": "the inputs"}
 
@@ -51,7 +53,16 @@ def offset_of(vessel: str, manoeuvre: str, seed: int, stream: str):
         s for s in delayed(vessel, manoeuvre, seed, stream, delay).history if s.action == "clock_offsets"
     ]
     told = step.arguments.get(STREAMS[stream])
-    return None if told is None else (told[1] - delay, told[2])
+    late = lateness(seed) - 0.5 * LOGGED if stream == "inputs" else 0.0
+    return None if told is None else (told[1] - delay - late, told[2])
+
+
+def lateness(seed: int) -> float:
+    """How late steps of the helm stand in the log of this seed, s: its logger knows nothing of the helm's ticks.
+
+    Half the interval is what is taken off them; the rest, which nobody can tell from an offset, is no error.
+    """
+    return float(np.random.default_rng(seed + 5).integers(0, 10)) * LOGGED / 10.0
 
 
 def delayed(vessel: str, manoeuvre: str, seed: int, stream: str, delay: float) -> Trial:
@@ -60,7 +71,7 @@ def delayed(vessel: str, manoeuvre: str, seed: int, stream: str, delay: float) -
     truth = truth_of(vessel, manoeuvre, DURATION, seed)
     made = sampled(truth, seed, **sensors)
     table = made.log.tables["act"]
-    first = int(np.random.default_rng(seed + 5).integers(0, 10))  # of a hundredth of a second after a tick
+    first = round(10.0 * lateness(seed) / LOGGED)  # in hundredths of a second after a tick
     stamps = truth.t[first::10] + delay * (stream == "inputs")
     late = stamps >= 0.0
     index = type(table.index)(np.round(stamps[late] * 1e9).astype("int64"), name=table.index.name)

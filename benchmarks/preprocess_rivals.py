@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.preprocess_cases import CHANNELS, NOISE, samples
+from benchmarks.preprocess_cases import NOISE, samples
 from preprocess import frames
 from preprocess.chains import Stream
-from preprocess.ekf import Tuning, filter_motion
-from preprocess.eso import observe, tune
+from preprocess.run_of_log import LoggedRun
 from preprocess.smoother import smooth_chain, states
 from preprocess.trial import Trial
+from preprocess.trials import make_trials
 from preprocess.turning import smooth_track
+from preprocess.vessel import Smoothing
 
 
 def given(trial: Trial, made, plain: bool = False):
@@ -107,29 +108,21 @@ def gaussian_process(trial: Trial):
     return from_earth(t, a[0], a[1], a[2], psi, r, dr)
 
 
-def eso(trial: Trial):
-    """The observer of Xie et al. on positions and heading, bandwidth tuned."""
-    t, p = samples(trial, "position")
-    h_t, h = samples(trial, "heading")
-    z, y = observe(tune(t, p[:, 0]), t, p), observe(tune(h_t, h), h_t, h)
-    psi, r, dr = (np.interp(t, h_t, y[:, k]) for k in range(3))
-    return from_earth(t, z[:, 0], z[:, 1], z[:, 2], psi, r, dr)
+def by_observer(smoother: str):
+    """An observer of the program as a campaign chooses it, tuned by itself."""
+
+    def made(made_of):
+        run = LoggedRun("a", made_of.log, "identify")
+        chosen = Smoothing(smoother)
+        (trial,) = make_trials([run], made_of.vessel, made_of.inputs, made_of.sensors, smoothing=chosen)
+        return trial.states
+
+    return made
 
 
-def ekf(trial: Trial):
-    """Forwards only, with process intensities fixed by hand."""
-    t, x = filter_motion(
-        samples(trial, "position"),
-        samples(trial, "heading"),
-        samples(trial, "yaw_rate"),
-        Tuning(0.02, 0.05, 0.05, 0.02, 0.01, 0.003),
-    )
-    return {"t": t} | dict(zip(CHANNELS, x[:, 3:].T, strict=True))
-
-
+#: Methods that take the log itself.
+OBSERVERS = {"ESO": by_observer("eso"), "EKF": by_observer("ekf")}
 METHODS = {
-    "ESO": eso,
-    "EKF": ekf,
     "Savitzky-Golay": savitzky_golay,
     "Gauss process": gaussian_process,
     "differences": differences,

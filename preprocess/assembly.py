@@ -17,6 +17,7 @@ from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said
 from preprocess.gaps import find_segments, widened
 from preprocess.judge import Judged, judge
+from preprocess.manoeuvres import ANGLES
 from preprocess.raw import Raw, kept
 from preprocess.smoother import ChainResult, at_origin, states, to_earth
 from preprocess.smoothing import motion
@@ -85,7 +86,8 @@ def process(
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
     position = track.streams[0]
     offsets = clock_offsets(heading, position, table, segments, None if turning else inputs)
-    found = manoeuvres_of(table, segments, inputs, vessel.length)
+    angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
+    found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words))
     made, observed = motion(smoothing or Smoothing(), track, heading, segments)
     history = (

@@ -14,7 +14,7 @@ import numpy as np
 
 from preprocess.chains import Segments
 from preprocess.gaps import LEAST_SECONDS
-from preprocess.manoeuvres import Found, classify_stretch, gridded, idle_speed
+from preprocess.manoeuvres import Found, angles_in, classify_stretch, gridded, idle_speed
 from preprocess.trial import BoolArray, FloatArray, Measurement, Step, Trial
 
 #: Logs under way for longer than this are cut at manoeuvres, s; lying idle for longer than this is a part of its own.
@@ -203,7 +203,10 @@ def _part(trial: Trial, part: _Part, parts: Sequence[_Part]) -> Trial:
 
 def _named(trial: Trial, part: _Part) -> list[Found]:
     return classify_stretch(
-        trial.states[trial.states["t"].between(part.start, part.end)], trial.inputs, trial.vessel.length
+        trial.states[trial.states["t"].between(part.start, part.end)],
+        trial.inputs,
+        trial.vessel.length,
+        angles_in(trial.inputs_declared),
     )
 
 

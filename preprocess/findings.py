@@ -16,13 +16,17 @@ from preprocess.wander_kalman import Wander
 
 
 def manoeuvres_of(
-    states: pd.DataFrame, segments: Segments, inputs: Mapping[str, Measurement], length: float
+    states: pd.DataFrame,
+    segments: Segments,
+    inputs: Mapping[str, Measurement],
+    length: float,
+    angles: frozenset[str] = frozenset(),
 ) -> list[Found]:
-    """Return the manoeuvres of all stretches, in order."""
+    """Return the manoeuvres of all stretches, in order; ``angles``: inputs whose values are angles."""
     out: list[Found] = []
     for low, high in segments:
         part = states[(states["t"] >= low) & (states["t"] <= high)]
-        out += classify_stretch(part, inputs, length)
+        out += classify_stretch(part, inputs, length, angles)
     return out
 
 

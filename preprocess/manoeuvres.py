@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from preprocess.trial import FloatArray, Measurement, Trial
+from preprocess.vessel import Input
 
+#: Kinds of input whose values are angles.
+ANGLES = ("rudder", "azimuth")
 #: Below this Froude number a vessel is idle.
 IDLE_FROUDE = 0.02
 GRAVITY = 9.81
-#: Share of its speed below which a vessel has stopped.
-STOPPED = 0.35
+#: Share of its speed below which a vessel has stopped; below which it has, however much it turned meanwhile.
+STOPPED, DEAD = 0.35, 0.15
+#: It began at speed where it did so at this share of its top speed.
+AT_SPEED = 0.7
+#: Share of the steering's half range within which it is about in the middle.
+NEUTRAL = 0.4
+#: A turn whose radius is less than this many lengths is one on the spot.
+ON_THE_SPOT = 0.5
 
 
 @dataclass(frozen=True)
@@ -30,7 +39,10 @@ class Found:
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion on an even grid with the input that steers: (n,) each; ``steer`` is None where nothing does."""
+    """Motion on an even grid with the input that steers: (n,) each; ``steer`` is None where nothing does.
+
+    ``length`` is that of the vessel, m.
+    """
 
     t: FloatArray
     speed: FloatArray
@@ -39,6 +51,7 @@ class Motion:
     steer: FloatArray | None
     angle: bool
     throttle: FloatArray | None
+    length: float = 0.0
 
 
 def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
@@ -55,15 +68,29 @@ def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
     out: list[Found] = []
     for low, high in trial.segments:
         part = trial.states[(trial.states["t"] >= low) & (trial.states["t"] <= high)]
-        out += classify_stretch(part, trial.inputs, trial.vessel.length)
+        out += classify_stretch(part, trial.inputs, trial.vessel.length, angles_in(trial.inputs_declared))
     return tuple(out)
 
 
-def classify_stretch(states: pd.DataFrame, inputs: Mapping[str, Measurement], length: float) -> list[Found]:
-    """Return the manoeuvres of one stretch: idle parts of 10 s or more, and what lies between."""
-    s = gridded(states, inputs)
+def angles_in(declared: Sequence[Input]) -> frozenset[str]:
+    """Names of the inputs that are angles."""
+    return frozenset(i.name for i in declared if i.kind in ANGLES)
+
+
+def classify_stretch(
+    states: pd.DataFrame,
+    inputs: Mapping[str, Measurement],
+    length: float,
+    angles: frozenset[str] = frozenset(),
+) -> list[Found]:
+    """Return the manoeuvres of one stretch: idle parts of 10 s or more, and what lies between.
+
+    ``angles`` are the names of the inputs whose values are angles.
+    """
+    s = gridded(states, inputs, angles=angles)
     if s is None:
         return []
+    s = replace(s, length=length)
     idle = s.speed + 0.5 * length * np.abs(s.r) < idle_speed(length)
     edges = np.flatnonzero(np.diff(idle.astype(int))) + 1
     bounds = np.concatenate([[0], edges, [len(s.t)]])
@@ -89,7 +116,10 @@ def idle_speed(length: float) -> float:
 
 
 def gridded(
-    states: pd.DataFrame, inputs: Mapping[str, Measurement], step: float | None = None
+    states: pd.DataFrame,
+    inputs: Mapping[str, Measurement],
+    step: float | None = None,
+    angles: frozenset[str] = frozenset(),
 ) -> Motion | None:
     """Motion on an even grid of ``step`` seconds (of 2000 points where not given); None where there is too little."""
     part = states.dropna(subset=["u", "r"])
@@ -100,14 +130,14 @@ def gridded(
     t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], count)
     u, v, psi, r = (np.interp(t, part["t"], part[k]) for k in ("u", "v", "psi", "r"))
     values = {k: np.interp(t, m.t, m.value) for k, m in inputs.items() if len(m.t) > 1}
-    steer, angle = _steering(values, inputs, r)
+    steer, angle = _steering(values, angles, r)
     moving = [x for x in values.values() if np.ptp(x) > 0.0]
     throttle = np.mean(np.abs(moving), axis=0) if moving else None
     return Motion(t, np.hypot(u, v), psi, r, steer, angle, throttle)
 
 
 def _steering(
-    values: Mapping[str, FloatArray], inputs: Mapping[str, Measurement], r: FloatArray
+    values: Mapping[str, FloatArray], angles: frozenset[str], r: FloatArray
 ) -> tuple[FloatArray | None, bool]:
     """Return the combination of inputs that goes with the yaw rate, and whether it is one angle."""
     moving = {k: x for k, x in values.items() if np.ptp(x) > 0.0}
@@ -117,7 +147,7 @@ def _steering(
     weight = np.linalg.lstsq(design, r - r.mean(), rcond=1e-6)[0]
     best = int(np.argmax(np.abs(weight) * design.std(axis=0)))
     name = list(moving)[best]
-    angle = inputs[name].source != "" and float(np.abs(moving[name]).max()) < 1.6 and len(moving) <= 2
+    angle = name in angles
     return (list(moving.values())[best], True) if angle else (design @ weight, False)
 
 
@@ -125,7 +155,9 @@ def _cut(s: Motion, a: int, b: int) -> Motion:
     def part(x: FloatArray | None) -> FloatArray | None:
         return None if x is None else x[a:b]
 
-    return Motion(s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle))
+    return Motion(
+        s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle), s.length
+    )
 
 
 def _named(s: Motion, idle: bool) -> Found:
@@ -140,12 +172,13 @@ def classify(s: Motion) -> tuple[str, str]:
     levels = plateaus(s.steer) if s.steer is not None else np.empty(0)
     if turn < np.radians(25.0):
         return _straight(s)
-    if _speed_left(s) < STOPPED and abs(net) < np.radians(270.0):
+    left = _speed_left(s)
+    if left < DEAD or (left < STOPPED and abs(net) < np.radians(270.0)):
         return _straight(s)
     if len(levels) >= 5 and _one_way(levels) and turn > np.radians(180.0):
         return "spiral", f"{len(levels)} levels of the steering"
     if abs(net) > np.radians(270.0) and abs(net) > 0.9 * turn:
-        return "circle", f"{np.degrees(net):+.0f}° of heading"
+        return "circle", f"{np.degrees(net):+.0f}° of heading{_on_the_spot(s)}"
     swings = reversals(s.psi, np.radians(4.0))
     if len(swings) >= 2 and not _large_turns(s.psi, swings) and _alternates(levels):
         return "zigzag", _zigzag_angles(s)
@@ -153,20 +186,26 @@ def classify(s: Motion) -> tuple[str, str]:
     return ("circle", "to both sides") if both else ("random", "")
 
 
+def _on_the_spot(s: Motion) -> str:
+    """In words, where it turned without going anywhere."""
+    turning = np.abs(s.r) > 0.5 * np.abs(s.r).max()
+    radius = float(np.median(s.speed[turning] / np.abs(s.r[turning])))
+    return ", on the spot" if radius < ON_THE_SPOT * s.length else ""
+
+
 def _speed_left(s: Motion) -> float:
     """Speed at the end as a share of that at the start; 1 where it did not begin near its full speed."""
-    eighth = len(s.speed) // 8 + 1
-    first = float(np.median(s.speed[:eighth]))
-    if first < 0.7 * float(np.percentile(s.speed, 90.0)):
+    first = float(np.median(s.speed[: max(3, len(s.speed) // 30)]))
+    if first < AT_SPEED * float(np.percentile(s.speed, 95.0)):
         return 1.0
-    return float(np.median(s.speed[-eighth:]) / max(first, 1e-6))
+    return float(np.median(s.speed[-len(s.speed) // 8 - 1 :]) / max(first, 1e-6))
 
 
 def _straight(s: Motion) -> tuple[str, str]:
     if _speed_left(s) < STOPPED:
         return "stopping", f"from {s.speed[0]:.2f} to {s.speed[-1]:.2f} m/s"
     varied = s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6)
-    return ("speed", "") if varied else ("straight", "")
+    return ("speed", f"up to {s.speed.max():.2f} m/s") if varied else ("straight", "")
 
 
 def plateaus(steer: FloatArray, share: float = 0.04) -> FloatArray:
@@ -189,12 +228,16 @@ def _one_way(levels: FloatArray) -> bool:
 
 
 def _alternates(levels: FloatArray) -> bool:
-    """Levels of about two sizes that change sides each time; feedback may have too few to tell."""
+    """Levels of about two sizes that change sides each time; feedback may have too few to tell.
+
+    What lies near the middle at both ends is how the log begins and ends.
+    """
     if len(levels) < 3:
         return True
-    middle = 0.5 * (levels.max() + levels.min())
-    sides = np.sign(levels - middle)
-    return bool(np.mean(np.diff(sides) != 0) > 0.7)
+    away = levels - 0.5 * (levels.max() + levels.min())
+    over = np.flatnonzero(np.abs(away) > NEUTRAL * np.abs(away).max())
+    sides = np.sign(away[over[0] : over[-1] + 1])
+    return len(sides) < 2 or bool(np.mean(np.diff(sides) != 0) > 0.7)
 
 
 def reversals(psi: FloatArray, least: float) -> FloatArray:
