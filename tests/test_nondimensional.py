@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,11 +48,17 @@ def test_the_prime_of_an_acceleration_and_of_a_damping():
     assert unit_size("1", 7.0, 1.2) == 1.0
 
 
+@cache
+def coefficients_of_all_models():
+    """Equation, name and unit of every kind of coefficient, once."""
+    terms = [t for m in MODELS for t in terms_for(m, Vessel("a", 1.0, 0.5), (RUDDER, PROPELLER))[0]]
+    return tuple({t.text + t.dof: (t.dof, t.name, unit_of(t.text, t.dof)) for t in terms}.values())
+
+
 @given(SIZES, st.floats(0.1, 20.0), st.floats(-5, 5))
 def test_there_and_back(length, speed, value):
-    terms = [t for m in MODELS for t in terms_for(m, Vessel("a", 1.0, 0.5), (RUDDER, PROPELLER))[0]]
-    units = [unit_of(t.text, t.dof) for t in terms]
-    own = [Estimated(t.dof, t.name, value, 0.1, u) for t, u in zip(terms, units, strict=True)]
+    units = [unit for _, _, unit in coefficients_of_all_models()]
+    own = [Estimated(dof, name, value, 0.1, unit) for dof, name, unit in coefficients_of_all_models()]
     prime = to_prime(own, length, speed)
     assert {p.unit for p in prime} == {"1"}
     for back, before in zip(from_prime(prime, units, length, speed), own, strict=True):
