@@ -24,8 +24,8 @@ FALSE_ALARMS = 1e-3
 PASSES = 8
 #: Share of samples whose verdict may still change when the passes end.
 NEGLIGIBLE = 2e-4
-#: Median of a window of residuals that chance makes so much larger (a standard error of 61 of them).
-CHANCE = 1.15
+#: The median of a window of 31 residuals comes out so much larger by chance and by single outliers.
+CHANCE = 1.25
 #: Samples on each side that an outlier can spoil.
 REACH = 3
 
@@ -68,7 +68,7 @@ def gate(
     limit = threshold(streams[0].value.shape[1])
     for _ in range(PASSES):
         size = residual_size(assembled, aside, levels, prior)
-        scale = local_scale(size, assembled, aside)
+        scale = local_scale(size, assembled)
         size = size / scale
         worst = size >= _most_around(size, assembled, aside)
         new = np.where(aside, size > limit, (size > limit) & worst)
@@ -102,11 +102,12 @@ def residual_size(assembled: Assembled, aside: BoolArray, levels: Levels, prior:
     return np.asarray(np.sqrt((error**2).sum(axis=1) / error_variance))
 
 
-def local_scale(size: FloatArray, assembled: Assembled, aside: BoolArray, width: int = 61) -> FloatArray:
+def local_scale(size: FloatArray, assembled: Assembled, width: int = 31) -> FloatArray:
     """How much larger residuals are than they should be around each sample (1 at least), by stream; (n,).
 
     A manoeuvre that is harder than the rest of the log makes all residuals larger for a while: none is an outlier. The
-    median over a window tells; less its standard error, or it would be chance that hides one outlier in five.
+    median over a window tells, what was set aside included; less its standard error, or it would be chance that hides
+    outliers.
     """
     from scipy.ndimage import median_filter
     from scipy.special import chdtri
@@ -115,10 +116,8 @@ def local_scale(size: FloatArray, assembled: Assembled, aside: BoolArray, width:
     out = np.ones(len(size))
     for k in range(int(assembled.stream.max(initial=-1)) + 1):
         mine = np.flatnonzero(assembled.stream == k)
-        used = mine[~aside[mine]]
-        if len(used) >= width:
-            around = median_filter(size[used], size=width, mode="mirror") / usual
-            out[mine] = np.maximum(np.interp(mine, used, around), 1.0)
+        if len(mine) >= width:
+            out[mine] = np.maximum(median_filter(size[mine], size=width, mode="mirror") / usual, 1.0)
     return out
 
 

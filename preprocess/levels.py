@@ -13,6 +13,9 @@ from preprocess.trial import FloatArray
 #: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
 MOST_ROWS = 12_000
 BLOCKS = 8
+#: A search begins at the intensity of the first guess, and at that which belongs to its noises where they are this
+#: far apart, as a logarithm: either may lie beside the wrong one of two valleys.
+APART = 2.0
 #: Cost of a level beyond its bounds, per square of the logarithm.
 STEEP = 100.0
 #: … and for a first look, whose levels are estimated again.
@@ -112,11 +115,19 @@ def estimate_levels(
         return cost(rows_at(sigma), q, prior) + STEEP * float(beyond @ beyond)
 
     first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
+    starts = [first]
     if not near:
-        first[0] = np.log(fitted_intensity(rows_at(levels_of(first)[1]), start.q, prior))
+        fitted = np.log(fitted_intensity(rows_at(levels_of(first)[1]), start.q, prior))
+        if abs(fitted - first[0]) > APART:
+            starts.append(np.r_[fitted, first[1:]])
     steps = (0.25 if near else 1.0) * np.r_[2.0, np.full(len(free), 0.5)]
-    simplex = np.vstack([first, first + np.diag(steps)])
-    options = {"initial_simplex": simplex, "xatol": 1e-2, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
-    best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
-    q, sigma = levels_of(np.asarray(best.x))
+    options = {"xatol": 1e-2, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
+
+    def descent(x: FloatArray) -> tuple[float, FloatArray]:
+        simplex = np.vstack([x, x + np.diag(steps)])
+        best = minimize(objective, x, method="Nelder-Mead", options={**options, "initial_simplex": simplex})  # type: ignore[call-overload]
+        return float(best.fun), np.asarray(best.x, float)
+
+    _, x = min((descent(x) for x in starts), key=lambda found: found[0])
+    q, sigma = levels_of(x)
     return Levels(q, sigma, count)
