@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,18 +10,11 @@ from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Series = Mapping[str, FloatArray]
+#: Force along x, along y and moment about z.
+Pushes = tuple[FloatArray, FloatArray, FloatArray]
 
 #: Kinds that give thrust.
 THRUSTING = ("propeller", "thruster", "tunnel")
-
-
-@dataclass(frozen=True)
-class Lever:
-    """How one input pushes: along x, along y and about z, per unit of its thrust (or of U²δ for a rudder)."""
-
-    along: float
-    across: float
-    moment: float
 
 
 def thrust(item: Input, series: FloatArray) -> FloatArray:
@@ -44,9 +36,7 @@ def groups(inputs: tuple[Input, ...]) -> dict[str, list[Input]]:
     return kinds
 
 
-def _pushes(
-    item: Input, series: Series, inputs: tuple[Input, ...]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _pushes(item: Input, series: Series, inputs: tuple[Input, ...]) -> Pushes:
     """Force along x, along y and moment about z of one input, up to its gain."""
     azimuth = azimuth_of(inputs).get(item.name)
     x, y = item.position
@@ -89,13 +79,15 @@ def channels(names: tuple[str, ...], inputs: tuple[Input, ...], series: Series, 
     """Channels (n, len(names)) from the actuators' series and their thrusts (``"thrust NAME"``)."""
     out = np.empty((n, len(names)))
     kinds = groups(inputs)
+    pushing = {which for axis, _, which in (name.partition(":") for name in names) if axis in tuple("TFN")}
+    pushes = {kind: [_pushes(item, series, inputs) for item in kinds[kind]] for kind in pushing}
     for k, name in enumerate(names):
-        out[:, k] = _channel(name, kinds, inputs, series, n)
+        out[:, k] = _channel(name, kinds, pushes, series, n)
     return out
 
 
 def _channel(
-    name: str, kinds: Mapping[str, list[Input]], inputs: tuple[Input, ...], series: Series, n: int
+    name: str, kinds: Mapping[str, list[Input]], pushes: Mapping[str, list[Pushes]], series: Series, n: int
 ) -> FloatArray:
     if name in _SIMPLE:
         return _SIMPLE[name](kinds, series, n)
@@ -105,9 +97,7 @@ def _channel(
     if axis == "P":
         return series[f"thrust {which}"]
     place = "TFN".index(axis)
-    return np.asarray(
-        np.sum([_pushes(item, series, inputs)[place] for item in kinds[which]], axis=0), dtype=float
-    )
+    return np.asarray(np.sum([push[place] for push in pushes[which]], axis=0), dtype=float)
 
 
 def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:

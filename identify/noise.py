@@ -130,12 +130,9 @@ def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
 def calibrated(problem: Problem, solution: Solution) -> Problem:
     """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion.
 
-    What the inputs hide between their samples has the share that it had, and answers as the solution does.
+    What the inputs hide between their samples stays as it is.
     """
-    known = problem.unlogged
-    if known is not None:
-        known = replace(known, structure=solution.structure, p=solution.p)
-    bare = replace(problem, inflation=np.ones(4), unlogged=known)
+    bare = replace(problem, inflation=np.ones(4))
     seen = _bare(problem, bare, solution.moments)
     found = [
         [ratio(bare, seen, k) for k in range(4)] for ratio in (white_ratio, size_ratio, low_frequency_ratio)
@@ -164,6 +161,11 @@ def calibrated_anew(problem: Problem, solution: Solution) -> Problem:
     ]
     known = most_likely(bare, solution.structure, solution.p, raw)
     return found if known is None else calibrated(replace(problem, unlogged=known), solution)
+
+
+def recalibrated(problem: Problem, solution: Solution) -> Problem:
+    """``calibrated``; where inputs hide something, as the solution now answers to it."""
+    return (calibrated if problem.unlogged is None else calibrated_anew)(problem, solution)
 
 
 def _bare(problem: Problem, bare: Problem, moments: Moments) -> Moments:

@@ -27,7 +27,7 @@ from identify.structure import Structure
 from identify.tangents import Along, padded, run_for
 
 if TYPE_CHECKING:
-    from identify.windows import Problem
+    from identify.windows import Problem, Window
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -42,11 +42,28 @@ BELIEVED = 6.0
 
 @dataclass(frozen=True)
 class Unlogged:
-    """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance."""
+    """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance.
+
+    ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units.
+    """
 
     structure: Structure
     p: FloatArray
     share: float
+    windows: tuple[Window, ...]
+    answers: tuple[FloatArray, ...]
+
+    def over(self, problem: Problem) -> Unlogged:
+        """The same for a problem's stretches and windows."""
+        if problem.windows is self.windows:
+            return self
+        return unlogged(problem, self.structure, self.p, self.share)
+
+
+def unlogged(problem: Problem, structure: Structure, p: FloatArray, share: float = 1.0) -> Unlogged:
+    """What the inputs may have done between their samples in a problem's windows."""
+    answers = [_of_stretch(problem, structure, p, k) for k in range(len(problem.stretches))]
+    return Unlogged(structure, p, share, problem.windows, tuple(answers))
 
 
 @dataclass(frozen=True)
@@ -70,19 +87,23 @@ class Whitening:
         return np.asarray(error - basis @ ((1.0 - np.sqrt(1.0 - shrink)) * along), dtype=float)
 
 
-def whitening_of(problem: Problem) -> Whitening:
+def whitening_of(problem: Problem, known: Unlogged) -> Whitening:
     """What the errors of all windows are whitened by."""
-    known = problem.unlogged
-    if known is None:
-        raise ValueError("nothing is said of what the inputs did between their samples.")
-    answers = _answers(problem, known)
-    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
-    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
+    known = known.over(problem)
+    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in known.answers))))
+    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in known.answers)
     for number, w in enumerate(problem.windows):
-        power, vectors = _eigen(answers[w.stretch][w.samples], known.share)
+        power, vectors = _eigen(_weighted(problem, known, w), known.share)
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)
+
+
+def _weighted(problem: Problem, known: Unlogged, window: Window) -> FloatArray:
+    """Answers (m, 2, K) of a window's samples in units of their weight."""
+    sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
+    sigma = sigma * problem.inflation[problem.kinds(window)]
+    return np.asarray(known.answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
 
 
 def most_likely(
@@ -92,7 +113,7 @@ def most_likely(
 
     Positions are left out: their slow errors may as well be the receiver's.
     """
-    most = Unlogged(structure, p, 1.0)
+    most = unlogged(problem, structure, p)
     gains = _gains(problem, most, raw)
     best = int(np.argmax(gains))
     return replace(most, share=SHARES[best]) if gains[best] > BELIEVED else None
@@ -100,11 +121,10 @@ def most_likely(
 
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
     """What each share gains in 2 log likelihood (shares,)."""
-    answers, share = _answers(problem, known), np.array(SHARES)[:, None]
-    gains = np.zeros(len(SHARES))
+    gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
     for w, error in zip(problem.windows, raw, strict=True):
         steady = (problem.kinds(w) != kernel.POSITION)[:, None]
-        power, vectors = _eigen(answers[w.stretch][w.samples] * steady[:, :, None], 1.0)
+        power, vectors = _eigen(_weighted(problem, known, w) * steady[:, :, None], 1.0)
         along = np.einsum("mak,ma->k", vectors, error * steady)
         gains += np.sum(along**2 * share * power / (1.0 + share * power) - np.log1p(share * power), axis=1)
     return gains
@@ -119,18 +139,13 @@ def _eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
     return power[large], vectors.reshape(*answers.shape[:2], -1)
 
 
-def _answers(problem: Problem, known: Unlogged) -> list[FloatArray]:
-    """Per stretch: answers (m, 2, K) of its samples to what the inputs hide in their own window, weighted."""
-    return [_of_stretch(problem, known, k) for k in range(len(problem.stretches))]
-
-
-def _of_stretch(problem: Problem, known: Unlogged, number: int) -> FloatArray:
+def _of_stretch(problem: Problem, structure: Structure, p: FloatArray, number: int) -> FloatArray:
+    """What a stretch's samples would show (m, 2, K) of each shape, in their own units."""
     stretch = problem.stretches[number]
     windows = [w for w in problem.windows if w.stretch == number]
     out = np.zeros((len(stretch.samples.t), 2, 0))
     if not windows:
         return out
-    structure, p = known.structure, known.p
     here = drive(structure, p, stretch)
     shapes = shapes_of(structure, p, stretch, [(w.first, w.steps) for w in windows])
     if not shapes.count:
@@ -144,10 +159,10 @@ def _of_stretch(problem: Problem, known: Unlogged, number: int) -> FloatArray:
     tape = structure.table.tape
     rows_of_windows(
         first, begin, length, samples, motion_of(structure, here, stretch.h), tape.steps, _along(shapes, width),
-        sensing_of(problem.inflation, stretch, here.sensor, np.zeros((kernel.NM, width))),
+        sensing_of(np.ones(4), stretch, here.sensor, np.zeros((kernel.NM, width))),
         run_for(tape, int(length.max()), width, here.channels.shape[1]), work_for(width), out,
     )  # fmt: skip
-    return out
+    return out * stretch.samples.sigma[:, None, None]
 
 
 def _along(shapes: Shapes, width: int) -> Along:

@@ -18,7 +18,7 @@ from identify import kernel
 from identify.kernel import NX
 from identify.output_error import Solution
 from identify.stretch import Stretch
-from identify.windows import Moments, Problem, Window, moments
+from identify.windows import Problem, Window, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -123,14 +123,19 @@ def _averaged(problem: Problem, solution: Solution) -> _Blocks | None:
     if not parts:
         return None
     window = np.array([k for k, _ in parts], dtype=np.int64)
-    blocks = replace(problem, windows=tuple(w for _, w in parts))
+    blocks = replace(problem, windows=tuple(w for _, w in parts), unlogged=None)
     first = solution.first[window]
     here, north, east = (
         moments(q, solution.structure, solution.p, first)
         for q in (blocks, _shifted(blocks, 0), _shifted(blocks, 1))
     )
     slope = np.stack([(m.matrices - here.matrices)[:, :-1, -1] for m in (north, east)], axis=1)
-    found = [_average(blocks, here, k) for k in range(len(parts))]
+    begins = [problem.windows[k].samples.start for k, _ in parts]
+    errors = [
+        solution.moments.residuals[k][w.samples.start - begin : w.samples.stop - begin]
+        for (k, w), begin in zip(parts, begins, strict=True)
+    ]
+    found = [_average(blocks, e, k) for k, e in enumerate(errors)]
     t, weight = np.array([f[0] for f in found]), np.array([f[1] for f in found])
     stretch = np.array([w.stretch for w in blocks.windows], dtype=np.int64)
     return _Blocks(window, stretch, t, np.array([f[2] for f in found]), weight, slope)
@@ -160,12 +165,12 @@ def _shifted(problem: Problem, axis: int) -> Problem:
     return replace(problem, stretches=tuple(map(moved, problem.stretches)))
 
 
-def _average(problem: Problem, found: Moments, k: int) -> tuple[float, float, FloatArray]:
-    """Time, sum of weights and mean error (2,) of a block."""
+def _average(problem: Problem, error: FloatArray, k: int) -> tuple[float, float, FloatArray]:
+    """Time, sum of weights and mean error (2,) of a block, from its samples' weighted errors (m, 2)."""
     w = problem.windows[k]
     samples = problem.stretches[w.stretch].samples
     mine = samples.kind[w.samples] == kernel.POSITION
     root = 1.0 / (samples.sigma[w.samples][mine] * problem.inflation[kernel.POSITION])
     weight = float(np.sum(root**2))
-    mean = np.sum(found.residuals[k][mine] * root[:, None], axis=0) / weight
+    mean = np.sum(error[mine] * root[:, None], axis=0) / weight
     return float(np.mean(samples.t[w.samples][mine])), weight, mean

@@ -60,7 +60,7 @@ class Problem:
     @cached_property
     def whitening(self) -> Whitening | None:
         """What the errors of every window are whitened by; None where the inputs hide nothing."""
-        return None if self.unlogged is None else whitening_of(self)
+        return None if self.unlogged is None else whitening_of(self, self.unlogged)
 
     @cached_property
     def rows(self) -> int:

@@ -14,7 +14,7 @@ from identify.base_fit import fit_from_scratch
 from identify.bridges import MOST, shapes_of
 from identify.prepare import prepare
 from identify.report_fit import make_fit
-from identify.unlogged import Unlogged
+from identify.unlogged import unlogged
 from identify.windows import moments
 
 SELDOM = Suite(input_rate=4.0)
@@ -82,5 +82,5 @@ def test_shapes_move_a_change_by_a_twelfth_of_its_interval_squared():
 def test_what_hides_nothing_whitens_nothing():
     _, _, fitted = sailed()
     s = fitted.solution
-    problem = replace(fitted.problem, unlogged=Unlogged(s.structure, s.p, 1e-12))
+    problem = replace(fitted.problem, unlogged=unlogged(fitted.problem, s.structure, s.p, 1e-12))
     assert not problem.whitening.shrink.any()

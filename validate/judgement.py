@@ -10,7 +10,7 @@ from scipy import stats
 
 from identify import kernel
 from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
-from identify.noise import calibrated, dispersed_cost
+from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.windows import Problem, first_states
 from validate.candidates import Screened
@@ -97,7 +97,7 @@ def judge(
         dispersion = calibrated(best.problem, best.solution).dispersion
         base = replace(base, problem=replace(base.problem, dispersion=dispersion))
         return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
-    weights = calibrated(best.problem, best.solution)
+    weights = recalibrated(best.problem, best.solution)
     base_there = under(weights, base)
     near = [
         (s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)

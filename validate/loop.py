@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit, window_length
 from identify.drive import drive
-from identify.noise import calibrated, dispersed_cost
+from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.structure import Structure
@@ -85,14 +85,18 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
 
 
 def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
-    """The wiring that the accelerations prefer; none where the declared one, at the noise, is likelier all the same."""
+    """The wiring that the accelerations prefer; none where the free run prefers the declared one all the same."""
     wiring = better_wiring(prepared.structure, prepared.identify)
-    if wiring is None or declared is None or declared.chi2_per_dof > NEAR:
+    if wiring is None or declared is None:
         return wiring
     structure = prepared.structure.with_effect(wiring.active)
-    anew = fit_from_scratch(structure, prepared.identify, length=declared.problem.length, rounds=0)
-    other = under(declared.problem, anew, 20)
-    return wiring if other.solution.total < declared.solution.total + INDISTINCT else None
+    other = fit_from_scratch(structure, prepared.identify)
+    if declared.chi2_per_dof < NEAR:
+        total = under(declared.problem, other, 20).solution.total
+        return wiring if total < declared.solution.total + INDISTINCT else None
+    if other.problem.length != declared.problem.length:
+        return wiring if other.problem.length > declared.problem.length else None
+    return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
 
 
 def refined(fitted: Fitted) -> Fitted:
@@ -105,7 +109,7 @@ def refined(fitted: Fitted) -> Fitted:
     if not np.isfinite(solution.cost):
         return fit_from_scratch(structure, fitted.problem.stretches, _effects_alone(structure, p))
     for _ in range(2):
-        problem = calibrated(problem, solution)
+        problem = recalibrated(problem, solution)
         tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
         solution = solve(
             problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),
@@ -163,16 +167,18 @@ def _form(candidate: Screened) -> tuple[str, str]:
 def settled(fitted: Fitted) -> Fitted:
     """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
     structure = fitted.solution.structure
-    here = under(calibrated(fitted.problem, fitted.solution), fitted, 20)
+    here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     p = _effects_alone(structure, here.solution.p)
     rounds = 0 if here.chi2_per_dof < NEAR else 2
     anew = fit_from_scratch(
         structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
     )
+    if here.problem.unlogged is not None and anew.chi2_per_dof < here.chi2_per_dof:
+        return anew
     there = under(here.problem, anew, 20)
     if not there.solution.total < here.solution.total:
         return here
-    return under(calibrated(there.problem, there.solution), there)
+    return under(recalibrated(there.problem, there.solution), there)
 
 
 def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
