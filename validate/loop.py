@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from validate.judgement import INDISTINCT, Judged, judge, least_gain, under, wor
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
-from validate.scan import best_value
+from validate.scan import best_value, gain_and_value
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -31,6 +32,8 @@ MOST_EFFECTS = 4
 HOPELESSLY_FAR = 20.0
 #: An effect whose loss would cost less than this may make up for another's wrong value.
 DOUBTFUL = 100.0
+#: At so many inputs one effect is looked at through the accelerations.
+MOST_INPUTS = 6
 #: Length of the windows for the first, rough pass, s.
 ROUGH = 10.0
 
@@ -146,10 +149,21 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
     """The most promising; where a first order tells little, the best of every effect and form."""
     if not _astray(fitted):
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
-    best: dict[tuple[str, str], Screened] = {}
+    forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
-        best.setdefault(_form(candidate), candidate)
-    return list(best.values())
+        forms.setdefault(_form(candidate), []).append(candidate)
+    return [_likeliest(fitted, alike) for alike in forms.values()]
+
+
+def _likeliest(fitted: Fitted, alike: Sequence[Screened]) -> Screened:
+    """Of one effect at several inputs that which the accelerations want most; else the first."""
+    if len(alike) == 1:
+        return alike[0]
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    gains = [
+        gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0] for s in alike[:MOST_INPUTS]
+    ]
+    return alike[int(np.argmax(gains))]
 
 
 def _astray(fitted: Fitted) -> bool:

@@ -22,7 +22,7 @@ BEYOND, STEPS = 3.0, 16
 #: Accelerations are slopes over this time either way, s.
 SLOPE = 1.0
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
-WORTH = 0.2
+WORTH = 0.05
 
 
 def best_value(
@@ -32,24 +32,31 @@ def best_value(
 
     None where the effect has several parameters or none to look at, or where no value is clearly better than none.
     """
+    gain, best = gain_and_value(structure, stretches, p, index)
+    return best if gain > WORTH else None
+
+
+def gain_and_value(
+    structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
+) -> tuple[float, FloatArray]:
+    """What the regression's misfit falls by (log, channels added) with an effect's parameter at its best, and there.
+
+    Nothing, where the effect has several parameters or none to look at.
+    """
     which = range(len(structure.actives))[index]
     active = structure.actives[which]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == which]
-    if len(mine) != 1 or not _between_log_and_hull(active):
-        return None
-    [place] = mine
-    parameter = structure.slots[place].parameter
-    starts = _looked_at(parameter)
-    if not starts:
-        return None
+    parameter = structure.slots[mine[0]].parameter if len(mine) == 1 else None
+    if parameter is None or not _between_log_and_hull(active) or not _looked_at(parameter):
+        return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     found = []
-    for value in (parameter.null, *_values(starts)):
+    for value in (parameter.null, *_values(_looked_at(parameter))):
         q = others.copy()
-        q[place] = np.clip(value, *parameter.bounds)
+        q[mine[0]] = np.clip(value, *parameter.bounds)
         found.append((_misfit(structure, q, stretches), q))
     null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
-    return best if null - least > WORTH else None
+    return null - least, best
 
 
 def _between_log_and_hull(active: Active) -> bool:
