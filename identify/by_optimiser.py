@@ -7,7 +7,6 @@ own spread. A whole generation is run by the compiled code at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,7 @@ from identify.prepare import Prepared
 from identify.regression import coefficient_scales, start_by_regression, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
+from identify.threads import abreast
 from identify.windows import Problem, Window, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -66,8 +66,7 @@ class Objective:
 
     def __call__(self, candidates: FloatArray) -> FloatArray:
         """Costs (m,) of candidates (m, d)."""
-        with ThreadPoolExecutor(self.workers) as pool:
-            parts = list(pool.map(lambda c: self._errors(c, candidates), self.courses))
+        parts = abreast(lambda c: self._errors(c, candidates), self.courses, self.workers)
         rows = sum(c.window.steps + 1 for c in self.courses)
         return np.asarray(np.sum(parts, axis=0) / rows, dtype=float)
 

@@ -32,6 +32,8 @@ class Parameter:
         Where a search begins, where the cost may have several valleys or no slope at ``null``; empty: at ``null``.
     relative : bool
         Scale and starts are in units of the amplitude of the input that the effect acts on.
+    known : float
+        Standard deviation about ``null`` with which it is known beforehand.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Parameter:
     null: float = 0.0
     starts: tuple[float, ...] = ()
     relative: bool = False
+    known: float = np.inf
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ The normal equations are banded in the windows' states, so the cost grows with t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +25,7 @@ from identify.regression import through_water
 from identify.stretch import IntArray
 from identify.structure import Structure
 from identify.tangents import Run, padded, run_for, sensitivities
+from identify.threads import abreast
 from identify.windows import along_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -169,8 +169,7 @@ def _normal(
 ) -> _Normal | None:
     """Normal equations of measurements, joints, first states and priors; None where a prediction ran away."""
     used = sorted({w.stretch for w in chain.pieces})
-    with ThreadPoolExecutor(workers) as pool:
-        runs = list(pool.map(lambda k: _run_stretch(chain, p, first, k), used))
+    runs = abreast(lambda k: _run_stretch(chain, p, first, k), used, workers)
     found: list[_Found] = []
     for run in runs:
         if run is None:

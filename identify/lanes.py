@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from identify.flow import COLUMNS, flow
 from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT
 from identify.simd import COMPILED, INLINED, WIDTH, absolute, larger, load, root, smaller, splat, store
 from identify.tape import ROW, Tape
+from identify.threads import abreast
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -88,12 +88,7 @@ def _run_all(
         )  # fmt: skip
 
     groups = range(0, len(every), WIDTH)
-    if workers < 2 or len(groups) < 2:
-        for k in groups:
-            run(k)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(run, groups))
+    abreast(run, groups, workers if len(groups) > 1 else 1)
 
 
 def _places(tape: Tape) -> FloatArray:

@@ -154,7 +154,7 @@ class Structure:
             Slot(
                 t.name,
                 -1,
-                Parameter(t.name, "", 1.0, (0.0, np.inf) if t.positive else (-np.inf, np.inf)),
+                Parameter(t.name, "", 1.0, _limits(t)),
                 k,
                 t,
             )
@@ -163,9 +163,14 @@ class Structure:
         k = len(slots) + len(self.model.fixed)
         slots += self._flow_slots()
         for e, (active, free) in enumerate(zip(self.actives, self._free_terms, strict=True)):
-            slots += [Slot(n, e, Parameter(n, "", 1.0), k + j, t) for j, (n, t) in enumerate(free)]
+            slots += [
+                Slot(n, e, Parameter(n, "", 1.0, _limits(t)), k + j, t) for j, (n, t) in enumerate(free)
+            ]
             k += len(free)
-            slots += [Slot(p.name, e, scaled(p, active, self.amplitudes)) for p in active.effect.parameters]
+            slots += [
+                Slot(p.name, e, scaled(p, active, self.amplitudes), prior=_known(p))
+                for p in active.effect.parameters
+            ]
             if active.effect.fixed_terms:
                 k += len(active.effect.fixed_terms(nulls(active)))
         if self.input_lead is not None and self.lead_is_free:
@@ -244,3 +249,13 @@ def structure_for(
     terms, notes = terms_for(model, vessel, inputs)
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)
     return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes
+
+
+def _limits(term: Term) -> tuple[float, float]:
+    """Bounds of a coefficient."""
+    return (0.0, np.inf) if term.positive else (-np.inf, np.inf)
+
+
+def _known(parameter: Parameter) -> tuple[float, float] | None:
+    """Prior of an effect's parameter, where anything is known."""
+    return (parameter.null, parameter.known) if np.isfinite(parameter.known) else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +18,7 @@ from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
 from identify.tangents import Along, padded, run_for
+from identify.threads import abreast
 from identify.unlogged import Unlogged, Whitening, whitening_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -179,8 +179,9 @@ def moments(problem: Problem, structure: Structure, p: FloatArray, first: FloatA
     shares = [
         (drives[k], along[k], np.array(part)) for k in range(len(drives)) for part in _shares(problem, k)
     ]
-    with ThreadPoolExecutor(problem.workers) as pool:
-        done = list(pool.map(lambda share: _of_windows(problem, structure, hidden, first, *share), shares))
+    done = abreast(
+        lambda share: _of_windows(problem, structure, hidden, first, *share), shares, problem.workers
+    )
     matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
     raw: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
     for (_, _, numbers), (found, errors) in zip(shares, done, strict=True):

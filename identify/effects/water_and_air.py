@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from identify.effect import Effect, Parameter, Setting, Values, Variant
 from identify.term import Term
@@ -27,8 +28,19 @@ CURRENT = Effect(
 )  # fmt: skip
 
 
+#: Most winds that small vessels are tried in are within twice this, m/s: a harder one with less area pushes nearly as
+#: hard, and only this sets a limit.
+SAILED_IN = 7.0
+
+
 def _wind_terms(_: Setting, __: Variant) -> dict[str, Term]:
     return {"cx": Term("u", "Vwx", "air"), "cy": Term("v", "Vwy", "air"), "cn": Term("r", "Vwy", "air")}
+
+
+def _pushed_along(setting: Setting, variant: Variant) -> dict[str, Term]:
+    """The same for a wind that nothing measured: it pushes the way that it blows."""
+    terms = _wind_terms(setting, variant)
+    return {n: replace(t, positive=n != "cn") for n, t in terms.items()}
 
 
 WIND = Effect(
@@ -48,11 +60,11 @@ WIND_UNSEEN = Effect(
     "Log the wind (an anemometer on board or ashore), or repeat on a calm day.",
     "Fossen 2011, sec. 8.1",
     parameters=(
-        Parameter("north", "m/s", 2.0, (-30, 30), starts=(5.0, -5.0, 0.0, 0.0)),
-        Parameter("east", "m/s", 2.0, (-30, 30), starts=(0.0, 0.0, 5.0, -5.0)),
+        Parameter("north", "m/s", 2.0, (-30, 30), starts=(5.0, -5.0, 0.0, 0.0), known=SAILED_IN),
+        Parameter("east", "m/s", 2.0, (-30, 30), starts=(0.0, 0.0, 5.0, -5.0), known=SAILED_IN),
     ),
     air=lambda p: (p["north"], p["east"]),
-    terms=_wind_terms,
+    terms=_pushed_along,
     variants=lambda s: [] if s.wind_logged else [Variant()],
     report=lambda p: _polar(p, "north", "east", comes_from=True),
     reported={"speed": "m/s", "direction": "rad"},
