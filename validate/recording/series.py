@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import rerun as rr
 
+from preprocess.columns import input_unit
 from preprocess.signals import SIGNALS, STATES
 from preprocess.trial import FloatArray, Trial
 from validate.recording import entities
 from validate.recording.stream import Clock, Look, send_series
 from validate.report.figures import column, sigma
-from validate.report.tables import input_unit
 
 PREDICTED = ("u", "v", "r", "psi")
 #: state: the measurement and its component that shows it directly
