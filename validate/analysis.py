@@ -80,7 +80,8 @@ def analyse(
     progress("validate", "unseen logs", 0.7)
     if outcome and outcome.standing:
         outcome, after = _borne_out(prepared, declared, outcome, after)
-    waves = find_waves(after) if loop and after.chi2_per_dof < TOO_FAR_FOR_WAVES else None
+    near = _nearest(after, outcome)
+    waves = find_waves(near) if loop and near.chi2_per_dof < TOO_FAR_FOR_WAVES else None
     windowed = after
     if _windowed(estimator, optimiser):
         declared, after, outcome = _finished(declared, after, outcome)
@@ -101,6 +102,13 @@ def analyse(
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
         equations(after.solution.structure, after.solution.p), _papers(after),
     )  # fmt: skip
+
+
+def _nearest(after: Fitted, outcome: Outcome | None) -> Fitted:
+    """The last fit, or that of the search, if it has the same effects and is nearer the noise."""
+    if outcome is None or outcome.fitted.solution.structure.actives != after.solution.structure.actives:
+        return after
+    return min(after, outcome.fitted, key=lambda f: f.chi2_per_dof)
 
 
 def _identify(
