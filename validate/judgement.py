@@ -35,6 +35,8 @@ COLOURED = 0.2
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
 #: only borrows from what is really missing.
 WORTH_FAR = 0.3
+#: ... or, in units of the sensors' own noise, this share is left: errors of one stream may be most of that.
+NEARER = 0.5
 
 
 @dataclass(frozen=True)
@@ -192,8 +194,9 @@ def by_time(fitted: Fitted) -> FloatArray:
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
     """Whether the free-running error falls by enough to be worth naming the effect, or its structure goes with it."""
     if base.chi2_per_dof > FAR:
-        reached = fit.chi2_per_dof < FAR or fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
-        return bool(reached and not at_bound(fit))
+        less = fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
+        nearer = fit.chi2_per_dof < max(FAR, NEARER * base.chi2_per_dof)
+        return bool((nearer or less) and not at_bound(fit))
     if at_bound(fit) or not consistent(base, fit):
         return False
     before, after = free_running_misfit(base), free_running_misfit(fit)
