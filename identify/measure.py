@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from identify.kernel import NX, POSITION, VELOCITY
+from identify.kernel import POSITION, VELOCITY
 from identify.sample import BATCH, row_of, sum_row
 from identify.simd import COMPILED, HELPER, load, store
 from identify.tangents import sensitivities
@@ -46,8 +46,8 @@ def moments_of_windows(
 
 
 @njit(**COMPILED)
-def rows_of_windows(first, begin, length, samples, motion, steps, along, sensing, run, work, rows):
-    """Weighted derivatives ``rows`` (m, 2, k) of every sample along the columns after the first state.
+def rows_of_windows(first, begin, length, samples, motion, steps, along, sensing, run, work, since, rows):
+    """Weighted derivatives ``rows`` (m, 2, k) of every sample along k columns from ``since`` on.
 
     A window that runs away keeps its zeros. The other arguments are those of ``moments_of_windows``.
     """
@@ -68,7 +68,7 @@ def rows_of_windows(first, begin, length, samples, motion, steps, along, sensing
                 row_of(axis, i, place - i, begin[w], n, m, sensing, run, work)
                 sum_row(sensing.weight[n], sensing.along, run, work, np.int64(0))
                 for k in range(rows.shape[2]):
-                    rows[n, axis, k] = work.batch[0, NX + k] if NX + k < width else 0.0
+                    rows[n, axis, k] = work.batch[0, since + k] if since + k < width else 0.0
 
 
 @njit(**HELPER)

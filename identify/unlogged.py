@@ -78,13 +78,19 @@ class Whitening:
     shrink: FloatArray
 
     def whitened(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
-        """Errors (m, 2) of a window, made white."""
-        shrink = self.shrink[number]
-        if not shrink.any():
+        """Errors (m, 2) of a window, made white: times the square root of the inverse covariance."""
+        return self._less(1.0 - np.sqrt(1.0 - self.shrink[number]), self.basis[stretch][samples], error)
+
+    def shrunk(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
+        """Errors (m, 2) of a window times the inverse covariance."""
+        return self._less(self.shrink[number], self.basis[stretch][samples], error)
+
+    @staticmethod
+    def _less(share: FloatArray, basis: FloatArray, error: FloatArray) -> FloatArray:
+        """Errors less a share (K,) of what they have along the basis."""
+        if not share.any():
             return error
-        basis = self.basis[stretch][samples]
-        along = np.einsum("mak,ma->k", basis, error)
-        return np.asarray(error - basis @ ((1.0 - np.sqrt(1.0 - shrink)) * along), dtype=float)
+        return np.asarray(error - basis @ (share * np.einsum("mak,ma->k", basis, error)), dtype=float)
 
 
 def whitening_of(problem: Problem, known: Unlogged) -> Whitening:
@@ -160,7 +166,7 @@ def _of_stretch(problem: Problem, structure: Structure, p: FloatArray, number: i
     rows_of_windows(
         first, begin, length, samples, motion_of(structure, here, stretch.h), tape.steps, _along(shapes, width),
         sensing_of(np.ones(4), stretch, here.sensor, np.zeros((kernel.NM, width))),
-        run_for(tape, int(length.max()), width, here.channels.shape[1]), work_for(width), out,
+        run_for(tape, int(length.max()), width, here.channels.shape[1]), work_for(width), kernel.NX, out,
     )  # fmt: skip
     return out * stretch.samples.sigma[:, None, None]
 

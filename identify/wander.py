@@ -17,8 +17,7 @@ import numpy as np
 from identify import kernel
 from identify.kernel import NX
 from identify.output_error import Solution
-from identify.stretch import Stretch
-from identify.windows import Problem, Window, moments
+from identify.windows import Problem, Window, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -124,12 +123,8 @@ def _averaged(problem: Problem, solution: Solution) -> _Blocks | None:
         return None
     window = np.array([k for k, _ in parts], dtype=np.int64)
     blocks = replace(problem, windows=tuple(w for _, w in parts), unlogged=None)
-    first = solution.first[window]
-    here, north, east = (
-        moments(q, solution.structure, solution.p, first)
-        for q in (blocks, _shifted(blocks, 0), _shifted(blocks, 1))
-    )
-    slope = np.stack([(m.matrices - here.matrices)[:, :-1, -1] for m in (north, east)], axis=1)
+    rows = tangents_of(problem, solution.structure, solution.p, solution.first)
+    slope = np.stack([_answer(problem, rows[k], k, w.samples) for k, w in parts])
     begins = [problem.windows[k].samples.start for k, _ in parts]
     errors = [
         solution.moments.residuals[k][w.samples.start - begin : w.samples.stop - begin]
@@ -154,15 +149,22 @@ def _parts(problem: Problem, window: Window) -> list[Window]:
     return [replace(window, samples=s) for s in cut if (kind[s] == kernel.POSITION).any()]
 
 
-def _shifted(problem: Problem, axis: int) -> Problem:
-    """The same with every position a metre further north or east."""
-
-    def moved(stretch: Stretch) -> Stretch:
-        value = stretch.samples.value.copy()
-        value[stretch.samples.kind == kernel.POSITION, axis] += 1.0
-        return replace(stretch, samples=replace(stretch.samples, value=value))
-
-    return replace(problem, stretches=tuple(map(moved, problem.stretches)))
+def _answer(problem: Problem, rows: FloatArray, number: int, some: slice) -> FloatArray:
+    """What the score (2, 8 + np) of a window changes by where some positions stand a metre further north or east."""
+    w = problem.windows[number]
+    samples = problem.stretches[w.stretch].samples
+    inside = np.zeros(len(samples.t), dtype=bool)
+    inside[some] = True
+    shifted = (inside & (samples.kind == kernel.POSITION))[w.samples]
+    weight = shifted / (samples.sigma[w.samples] * problem.inflation[kernel.POSITION])
+    out = []
+    for axis in range(2):
+        shift: FloatArray = np.zeros((len(weight), 2))
+        shift[:, axis] = weight
+        if problem.whitening is not None:
+            shift = problem.whitening.shrunk(number, w.stretch, w.samples, shift)
+        out.append(np.einsum("mac,ma->c", rows, shift))
+    return np.array(out)
 
 
 def _average(problem: Problem, error: FloatArray, k: int) -> tuple[float, float, FloatArray]:

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from identify import kernel
 from identify.compiled import motion_of, sensing_of
 from identify.drive import Directions, Drive, directions, drive
-from identify.measure import moments_of_windows
+from identify.measure import moments_of_windows, rows_of_windows
 from identify.regression import through_water
 from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
@@ -246,3 +246,31 @@ def _of_windows(
         work_for(width, shrink.shape[1]), found, errors,
     )  # fmt: skip
     return found, errors
+
+
+def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: FloatArray) -> list[FloatArray]:
+    """Per window the weighted derivatives (m, 2, 8 + np) of its samples along its first state and all parameters."""
+    every: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
+    columns = kernel.NX + len(structure.slots)
+    tape = structure.table.tape
+    for number, stretch in enumerate(problem.stretches):
+        mine = [k for k, w in enumerate(problem.windows) if w.stretch == number]
+        if not mine:
+            continue
+        d = drive(structure, p, stretch)
+        along, sensor = along_of(structure, directions(structure, p, stretch, d), d)
+        places = [problem.windows[k] for k in mine]
+        begin, length = (
+            np.array([getattr(w, n) for w in places], dtype=np.int64) for n in ("first", "steps")
+        )
+        samples = np.array([(w.samples.start, w.samples.stop) for w in places], dtype=np.int64)
+        rows = np.zeros((len(stretch.samples.t), 2, columns))
+        width = along.current.shape[1]
+        rows_of_windows(
+            np.ascontiguousarray(first[mine]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
+            along, sensing_of(problem.inflation, stretch, d.sensor, sensor),
+            run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), 0, rows,
+        )  # fmt: skip
+        for k, w in zip(mine, places, strict=True):
+            every[k] = rows[w.samples]
+    return every
