@@ -213,6 +213,14 @@ def test_lines_without_damage_survive(at, junk):
     np.testing.assert_allclose(table["north"].iloc[:first], 0.5 * np.arange(first))
 
 
+def test_a_quote_that_nothing_closes_costs_its_own_line_alone():
+    raw = ("t,north,east\n" + rows(80)).encode()
+    for at in range(200, 300):
+        found = decode(raw[:at] + b'"' + raw[at:])
+        assert len(found.tables[""]) >= 79
+        assert sum(f.count for f in found.findings if f.kind == "damaged") == 80 - len(found.tables[""])
+
+
 @pytest.mark.real
 def test_measured_model_tests():
     import tomllib

@@ -80,10 +80,14 @@ def _count_chunk(
         return starts + origin, ends + origin, _sum_per_line(printed & ~before, starts, ends)
     marks = chunk == ord(delimiter)
     quotes = chunk == QUOTE
+    open_ended = np.zeros(len(starts), dtype=bool)
     if quotes.any():
         marks &= ~_inside_quotes(quotes, starts, ends)
+        open_ended = _sum_per_line(quotes, starts, ends) % 2 == 1
     separators = _sum_per_line(marks, starts, ends)
-    return starts + origin, ends + origin, np.where((ink > 0) | (separators > 0), separators + 1, 0)
+    fields = np.where((ink > 0) | (separators > 0), separators + 1, 0)
+    # a quote that nothing closes would take the lines below into its field
+    return starts + origin, ends + origin, np.where(open_ended, 1, fields)
 
 
 def _sum_per_line(
