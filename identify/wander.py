@@ -117,7 +117,7 @@ def _left_by_fit(blocks: _Blocks, reduction: Reduction, through: FloatArray) -> 
 
 
 def _averaged(problem: Problem, solution: Solution) -> _Blocks | None:
-    """Average the errors over blocks; the derivatives from how the moments answer to a shift of the samples."""
+    """Average the errors over blocks; slopes are what the scores change by where its positions are shifted."""
     parts = [(k, part) for k, w in enumerate(problem.windows) for part in _parts(problem, w)]
     if not parts:
         return None

@@ -13,13 +13,13 @@ from preprocess.trial import FloatArray
 #: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
 MOST_ROWS = 12_000
 BLOCKS = 8
+#: Rows for a first look, whose levels are estimated again.
+FEW_ROWS = 4_000
 #: A search begins at the intensity of the first guess, and at that which belongs to its noises where they are this
 #: far apart, as a logarithm: either may lie beside the wrong one of two valleys.
 APART = 2.0
 #: Cost of a level beyond its bounds, per square of the logarithm.
 STEEP = 100.0
-#: … and for a first look, whose levels are estimated again.
-FEW_ROWS = 4_000
 
 
 @dataclass(frozen=True)
