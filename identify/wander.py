@@ -17,7 +17,7 @@ import numpy as np
 from identify import kernel
 from identify.kernel import NX
 from identify.output_error import Solution
-from identify.windows import Problem, Window, tangents_of
+from identify.windows import Problem, Window, moments, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -126,8 +126,9 @@ def _averaged(problem: Problem, solution: Solution) -> _Blocks | None:
     rows = tangents_of(problem, solution.structure, solution.p, solution.first)
     slope = np.stack([_answer(problem, rows[k], k, w.samples) for k, w in parts])
     begins = [problem.windows[k].samples.start for k, _ in parts]
+    now = moments(problem, solution.structure, solution.p, solution.first)
     errors = [
-        solution.moments.residuals[k][w.samples.start - begin : w.samples.stop - begin]
+        now.residuals[k][w.samples.start - begin : w.samples.stop - begin]
         for (k, w), begin in zip(parts, begins, strict=True)
     ]
     found = [_average(blocks, e, k) for k, e in enumerate(errors)]
