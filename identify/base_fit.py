@@ -13,7 +13,7 @@ from identify.chain import spreads
 from identify.left_out import joined_regularised
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
-from identify.predict import free_run
+from identify.predict import relative_errors
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
@@ -131,6 +131,16 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
             tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
         )  # fmt: skip
         problem = calibrated_anew(problem, solution)
+    if problem.unlogged is not None:
+        solution = solve(
+            problem,
+            solution.structure,
+            solution.p,
+            solution.first,
+            prior,
+            anchor=first_states(problem),
+            budget=20,
+        )
     return Fitted(problem, prior, solution)
 
 
@@ -170,11 +180,16 @@ def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
         return plain
     held = prepare(trials, model, held=True)
     one, other = (fit_from_scratch(p.structure, p.identify, length=SHORT, rounds=1) for p in (plain, held))
-    weights = other.problem.weighted_as(one.problem)
+    here = replace(one.problem, unlogged=None)
     sigma = zip(other.problem.stretches, one.problem.stretches, strict=True)
-    weights = replace(weights, stretches=tuple(replace(a, samples=b.samples) for a, b in sigma))
-    there = solve(weights, held.structure, other.solution.p, other.solution.first, other.prior, budget=5)
-    return held if there.cost < one.solution.cost else plain
+    there = replace(
+        other.problem.weighted_as(here), stretches=tuple(replace(a, samples=b.samples) for a, b in sigma)
+    )
+    costs = [
+        solve(q, f.solution.structure, f.solution.p, f.solution.first, f.prior, budget=5).cost
+        for q, f in ((here, one), (there, other))
+    ]
+    return held if costs[1] < costs[0] else plain
 
 
 def fit_declared(prepared: Prepared) -> Fitted:
@@ -256,9 +271,11 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
     """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
 
     Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not
-    be fitted as well as the windows were, the model lacks something, and the fit stays as it was.
+    be fitted as well as the windows were, the model lacks something, and the fit stays as it was. So it does where
+    inputs hide something: a whole log has more of that than can be told apart.
     """
-    if fitted.chi2_per_dof > NEAR or len(fitted.problem.windows) == len(fitted.problem.stretches):
+    whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
+    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.unlogged is not None:
         return fitted
     problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
     structure, first = fitted.solution.structure, first_states(problem)
@@ -267,8 +284,8 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
         return fitted
     problem = calibrated(problem, solution)
     solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
-    whole = Fitted(problem, fitted.prior, solution)
-    return whole if whole.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
+    found = Fitted(problem, fitted.prior, solution)
+    return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
 
 
 def free_running_misfit(fitted: Fitted) -> float:
@@ -280,11 +297,3 @@ def free_running_misfit(fitted: Fitted) -> float:
         total += float(np.sum(relative_errors(structure, fitted.solution.p, s, scale) ** 2))
         steps += s.steps + 1
     return total / steps
-
-
-def relative_errors(
-    structure: Structure, p: FloatArray, stretch: Stretch, spread: FloatArray, cap: float = 30.0
-) -> FloatArray:
-    """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``."""
-    error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
-    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)

@@ -120,3 +120,11 @@ def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArra
     first = true_first_state(structure, d, stretch)
     with np.errstate(over="ignore", invalid="ignore"):
         return shown(structure, d, stretch, run(structure, d, stretch, first))
+
+
+def relative_errors(
+    structure: Structure, p: FloatArray, stretch: Stretch, spread: FloatArray, cap: float = 30.0
+) -> FloatArray:
+    """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``."""
+    error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
+    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,10 @@ _NAME = "seatrial-compiled"
 @cache
 def _pool(workers: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(workers, thread_name_prefix=_NAME)
+
+
+if hasattr(os, "register_at_fork"):  # a child does not have its parent's threads
+    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def abreast(function: Callable[[Item], Found], items: Iterable[Item], workers: int) -> list[Found]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -95,8 +95,9 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
     structure = prepared.structure.with_effect(wiring.active)
     other = fit_from_scratch(structure, prepared.identify)
     if declared.chi2_per_dof < NEAR:
-        total = under(declared.problem, other, 20).solution.total
-        return wiring if total < declared.solution.total + INDISTINCT else None
+        bare = replace(declared.problem, unlogged=None)
+        here, there = (under(bare, f, 20).solution.total for f in (declared, other))
+        return wiring if there < here + INDISTINCT else None
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
@@ -187,7 +188,8 @@ def settled(fitted: Fitted) -> Fitted:
     anew = fit_from_scratch(
         structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
     )
-    if here.problem.unlogged is not None and anew.chi2_per_dof < here.chi2_per_dof:
+    long = anew.problem.length >= here.problem.length
+    if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:
         return anew
     there = under(here.problem, anew, 20)
     if not there.solution.total < here.solution.total:
