@@ -71,7 +71,7 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
     if len(used) < 2 or len(omega) < 12:
         return None
     p, first = fitted.solution.p, fitted.solution.first
-    residuals = moments(problem, structure, p, first).raw
+    residuals = moments(problem, structure, p, first).residuals
     drives = {
         j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
     }
