@@ -170,12 +170,13 @@ def _cadence(problem: Problem, duration: float) -> Samples:
 def _separation(rival: Fitted, sailed: Stretch) -> float:
     """What a manoeuvre adds to a rival's -2 log likelihood, refitted to it and to the logs that there are."""
     structure, p = rival.solution.structure, rival.solution.p
-    problem = cut([*rival.problem.stretches, sailed], rival.problem.length).weighted_as(rival.problem)
-    own = len(rival.problem.windows)
+    before = replace(rival.problem, unlogged=None)  # orders that are planned hide nothing
+    own = solve(before, structure, p, rival.solution.first, rival.prior, budget=BUDGET, tolerance=1.0)
+    problem = cut([*before.stretches, sailed], before.length).weighted_as(before)
     d = drive(structure, p, sailed)
-    new = [true_first_state(structure, d, sailed, w.first) for w in problem.windows[own:]]
-    first = np.vstack([rival.solution.first, *new])
-    found = solve(problem, structure, p, first, rival.prior, budget=BUDGET, tolerance=1.0)
+    new = [true_first_state(structure, d, sailed, w.first) for w in problem.windows[len(before.windows) :]]
+    first = np.vstack([own.first, *new])
+    found = solve(problem, structure, own.p, first, rival.prior, budget=BUDGET, tolerance=1.0)
     if not np.isfinite(found.total):
         return 0.0
-    return max(0.0, dispersed_cost(problem, found) - dispersed_cost(rival.problem, rival.solution))
+    return max(0.0, dispersed_cost(problem, found) - dispersed_cost(before, own))
