@@ -28,8 +28,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 HARMONICS = (1, 2, 3, 4)
 #: At most so many shapes of a window count: the largest.
 MOST = 96
-#: Inputs that are logged more often than this hide nothing, s; nor those logged twice within a step.
-SHORTEST = 0.03
+#: Inputs that are logged more often than this hide too little for what it costs, s; nor those logged twice in a step.
+SHORTEST = 0.15
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
 #: Room for the numbers of an input's changes, and for those of a window, in the name of a shape.
