@@ -32,8 +32,6 @@ MOST = 96
 SHORTEST = 0.15
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
-#: Room for the numbers of an input's changes, and for those of a window, in the name of a shape.
-_CHANGES, _WINDOWS = 1_000_000, 100_000_000
 
 
 @dataclass(frozen=True)
@@ -93,15 +91,17 @@ def _owners(steps: int, windows: Sequence[tuple[int, int]]) -> IntArray:
 
 def _columns(series: Sequence[_Series], window: IntArray) -> IntArray:
     """Column (series, steps) of the shape in each step: its rank in its window by size; -1 where there is none."""
+    changes = 1 + max(int(s.number.max()) for s in series)
+    room = len(series) * changes
     named = [
-        np.where((window >= 0) & (s.number >= 0), window * _WINDOWS + k * _CHANGES + s.number, -1)
+        np.where((window >= 0) & (s.number >= 0), window * room + k * changes + s.number, -1)
         for k, s in enumerate(series)
     ]
     scale = np.max([np.abs(s.mean).max(axis=0) for s in series], axis=0) + 1e-300
     size = np.array([np.sum(np.abs(s.mean) / scale, axis=1) for s in series])
     names, which = np.unique(np.array(named), return_inverse=True)
     total = np.bincount(which.ravel(), weights=size.ravel())
-    owner = np.where((names >= 0) & (total > 1e-9), names // _WINDOWS, -1)
+    owner = np.where((names >= 0) & (total > 1e-9), names // room, -1)
     order = np.lexsort((-total, owner))
     rank = np.empty(len(names), dtype=np.int64)
     rank[order] = np.arange(len(names)) - np.searchsorted(owner[order], owner[order])

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from identify.drive import Drive
-from identify.sample import Motion, Sensing
+from identify.measure import rows_of_windows
+from identify.sample import Motion, Sensing, work_for
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.tangents import Along, run_for
+
+if TYPE_CHECKING:
+    from identify.windows import Window
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
 def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
@@ -26,3 +35,27 @@ def sensing_of(inflation: FloatArray, stretch: Stretch, sensor: FloatArray, alon
     weight = 1.0 / (samples.sigma * inflation[samples.kind])
     used = np.asarray(along.any(axis=1), dtype=np.int64)
     return Sensing(t, samples.kind, samples.value, weight, sensor, along, used)
+
+
+def places_of(windows: Sequence[Window]) -> tuple[IntArray, IntArray, IntArray]:
+    """First step (w,), number of steps (w,), and first and last sample (w, 2) of windows."""
+    begin, length = (np.array([getattr(w, n) for w in windows], dtype=np.int64) for n in ("first", "steps"))
+    return begin, length, np.array([(w.samples.start, w.samples.stop) for w in windows], dtype=np.int64)
+
+
+def rows_of(
+    structure: Structure, d: Drive, stretch: Stretch, windows: Sequence[Window], first: FloatArray,
+    along: Along, sensing: Sensing, columns: slice,
+) -> FloatArray:  # fmt: skip
+    """Weighted derivatives (m, 2, k) of a stretch's samples in its ``windows``, along some of the ``columns``.
+
+    ``first`` (w, 8) are the windows' first states; column 8 is the first of ``along``.
+    """
+    begin, length, samples = places_of(windows)
+    tape, width = structure.table.tape, along.current.shape[1]
+    rows = np.zeros((len(stretch.samples.t), 2, columns.stop - columns.start))
+    rows_of_windows(
+        np.ascontiguousarray(first), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps, along,
+        sensing, run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), columns.start, rows,
+    )  # fmt: skip
+    return rows

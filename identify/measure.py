@@ -1,4 +1,4 @@
-"""From a run with its sensitivities to the moments of what was measured, window by window, compiled."""
+"""From a run with its sensitivities to the moments of what was measured, or its rows, by windows, compiled."""
 
 from __future__ import annotations
 

@@ -18,13 +18,11 @@ import numpy as np
 
 from identify import kernel
 from identify.bridges import Shapes, shapes_of
-from identify.compiled import motion_of, sensing_of
+from identify.compiled import rows_of, sensing_of
 from identify.drive import drive
-from identify.measure import rows_of_windows
 from identify.regression import through_water
-from identify.sample import work_for
 from identify.structure import Structure
-from identify.tangents import Along, padded, run_for
+from identify.tangents import Along, padded
 
 if TYPE_CHECKING:
     from identify.windows import Problem, Window
@@ -149,26 +147,20 @@ def _of_stretch(problem: Problem, structure: Structure, p: FloatArray, number: i
     """What a stretch's samples would show (m, 2, K) of each shape, in their own units."""
     stretch = problem.stretches[number]
     windows = [w for w in problem.windows if w.stretch == number]
-    out = np.zeros((len(stretch.samples.t), 2, 0))
+    nothing = np.zeros((len(stretch.samples.t), 2, 0))
     if not windows:
-        return out
+        return nothing
     here = drive(structure, p, stretch)
     shapes = shapes_of(structure, p, stretch, [(w.first, w.steps) for w in windows])
     if not shapes.count:
-        return out
-    out = np.zeros((*out.shape[:2], shapes.count))
+        return nothing
     width = padded(kernel.NX + shapes.count)
-    begin, length = (np.array([getattr(w, n) for w in windows], dtype=np.int64) for n in ("first", "steps"))
-    samples = np.array([(w.samples.start, w.samples.stop) for w in windows], dtype=np.int64)
     first = np.zeros((len(windows), kernel.NX))
-    first[:, :6] = through_water(stretch.states[begin], here.current)
-    tape = structure.table.tape
-    rows_of_windows(
-        first, begin, length, samples, motion_of(structure, here, stretch.h), tape.steps, _along(shapes, width),
-        sensing_of(np.ones(4), stretch, here.sensor, np.zeros((kernel.NM, width))),
-        run_for(tape, int(length.max()), width, here.channels.shape[1]), work_for(width), kernel.NX, out,
-    )  # fmt: skip
-    return out * stretch.samples.sigma[:, None, None]
+    first[:, :6] = through_water(stretch.states[[w.first for w in windows]], here.current)
+    sensing = sensing_of(np.ones(4), stretch, here.sensor, np.zeros((kernel.NM, width)))
+    columns = slice(kernel.NX, kernel.NX + shapes.count)
+    rows = rows_of(structure, here, stretch, windows, first, _along(shapes, width), sensing, columns)
+    return rows * stretch.samples.sigma[:, None, None]
 
 
 def _along(shapes: Shapes, width: int) -> Along:

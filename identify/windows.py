@@ -10,9 +10,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from identify import kernel
-from identify.compiled import motion_of, sensing_of
+from identify.compiled import motion_of, places_of, rows_of, sensing_of
 from identify.drive import Directions, Drive, directions, drive
-from identify.measure import moments_of_windows, rows_of_windows
+from identify.measure import moments_of_windows
 from identify.regression import through_water
 from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
@@ -231,8 +231,7 @@ def _of_windows(
     """Moments of some windows of one stretch, and the errors (m, 2) of its samples there."""
     windows = [problem.windows[k] for k in part]
     stretch, tape = problem.stretches[windows[0].stretch], structure.table.tape
-    begin, length = (np.array([getattr(w, n) for w in windows], dtype=np.int64) for n in ("first", "steps"))
-    samples = np.array([(w.samples.start, w.samples.stop) for w in windows], dtype=np.int64)
+    begin, length, samples = places_of(windows)
     columns = kernel.NX + len(structure.slots) + 1
     width = padded(columns)
     found, errors = np.empty((len(part), columns, columns)), np.zeros((len(stretch.samples.t), 2))
@@ -251,26 +250,16 @@ def _of_windows(
 def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: FloatArray) -> list[FloatArray]:
     """Per window the weighted derivatives (m, 2, 8 + np) of its samples along its first state and all parameters."""
     every: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
-    columns = kernel.NX + len(structure.slots)
-    tape = structure.table.tape
+    columns = slice(0, kernel.NX + len(structure.slots))
     for number, stretch in enumerate(problem.stretches):
         mine = [k for k, w in enumerate(problem.windows) if w.stretch == number]
         if not mine:
             continue
         d = drive(structure, p, stretch)
         along, sensor = along_of(structure, directions(structure, p, stretch, d), d)
-        places = [problem.windows[k] for k in mine]
-        begin, length = (
-            np.array([getattr(w, n) for w in places], dtype=np.int64) for n in ("first", "steps")
-        )
-        samples = np.array([(w.samples.start, w.samples.stop) for w in places], dtype=np.int64)
-        rows = np.zeros((len(stretch.samples.t), 2, columns))
-        width = along.current.shape[1]
-        rows_of_windows(
-            np.ascontiguousarray(first[mine]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-            along, sensing_of(problem.inflation, stretch, d.sensor, sensor),
-            run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), 0, rows,
-        )  # fmt: skip
-        for k, w in zip(mine, places, strict=True):
+        sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor)
+        windows = [problem.windows[k] for k in mine]
+        rows = rows_of(structure, d, stretch, windows, first[mine], along, sensing, columns)
+        for k, w in zip(mine, windows, strict=True):
             every[k] = rows[w.samples]
     return every
