@@ -1,0 +1,51 @@
+"""A wind that nothing measured: what is known of winds keeps its speed from running away."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import fit_from_scratch
+from identify.effects.water_and_air import SAILED_IN
+from identify.prepare import prepare
+from validate.candidates import candidates
+from validate.judgement import at_bound
+
+SPEED, FROM = 6.0, 0.8
+
+
+@cache
+def blown():
+    values = {
+        "speed": SPEED,
+        "direction": FROM,
+        "cx": 0.002,
+        "cy": 0.003,
+        "cn": 0.0005,
+        "gust": 0.0,
+        "veer": 0.0,
+    }
+    _, trials = trials_of("usv", ("zigzag", "circle", "random"), 70.0, 6, (Effect("wind", values),))
+    prepared = prepare(trials, "modulus")
+    wind = next(a for a in candidates(prepared.structure) if a.effect.name == "wind")
+    structure = prepared.structure.with_effect(wind)
+    p = np.array([s.parameter.null for s in structure.slots])
+    for k, slot in enumerate(structure.slots):
+        if slot.name in ("north", "east") and slot.effect >= 0:
+            p[k] = -4.0
+    return fit_from_scratch(structure, prepared.identify, p)
+
+
+def test_a_wind_is_found_from_where_it_comes_and_not_at_a_bound():
+    fitted = blown()
+    values = fitted.solution.structure.values(fitted.solution.p, 0)
+    assert fitted.chi2_per_dof < 1.1
+    assert not at_bound(fitted)
+    comes_from = np.arctan2(-values["east"], -values["north"])
+    assert comes_from == pytest.approx(FROM, abs=0.1)
+    assert np.hypot(values["north"], values["east"]) < 2.5 * SAILED_IN
+    assert values["cx"] > 0 and values["cy"] > 0  # it pushes the way it blows
