@@ -49,7 +49,9 @@ def test_a_current_is_found_with_its_speed_and_direction(tmp_path):
     values = {p.name: p for p in effect.fitted.parameters}
     assert values["speed"].value == pytest.approx(0.2, abs=0.01)
     assert values["direction"].value == pytest.approx(1.0, abs=0.05)
-    assert found.validation_after.position_rmse < 0.5 * found.validation_before.position_rmse
+    # Not positions: inputs logged ten times a second leave a free-running heading a random walk of its own.
+    before, after = found.validation_before.channels, found.validation_after.channels
+    assert all(after[c].rmse < 0.5 * before[c].rmse for c in "uvr")
 
 
 @pytest.mark.slow
