@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identify.base_fit import Fitted, fit_declared
+from identify.base_fit import FAR, Fitted, fit_declared, fit_far_from_noise, over_whole_logs
 from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
@@ -36,3 +36,19 @@ def fit_with(prepared: Prepared, estimator: str = "auto", optimiser: str = "auto
             fit_declared(prepared) if optimiser == "auto" else fit_by_optimiser(prepared, optimiser, seed)[0]
         )
     return fit_by_tuning(prepared, estimator, optimiser, seed)[0]
+
+
+def fit_as_a_run_ends(
+    prepared: Prepared, estimator: str = "auto", optimiser: str = "auto", seed: int = 0
+) -> Fitted:
+    """Fit as ``seatrial run`` ends where it finds no effect: the default goes on over whole logs.
+
+    Near the noise the windows' fit is gone on with, far from it whole logs are fitted free-running where the model can
+    follow them. Parameters are those of ``fit_with``.
+    """
+    fitted = fit_with(prepared, estimator, optimiser, seed)
+    if estimator not in ("auto", "output_error") or optimiser != "auto":
+        return fitted
+    if fitted.chi2_per_dof < FAR:
+        return over_whole_logs(fitted)
+    return fit_far_from_noise(prepared.structure, prepared.identify)

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs
 from identify.choose_model import CONSIDERED, RICH, missing_inputs
-from identify.fit_with import fit_with, takes_optimiser
+from identify.fit_with import fit_as_a_run_ends, takes_optimiser
 from identify.models import MODEL_BY_NAME
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
@@ -185,7 +184,7 @@ def score_method(task: Task) -> dict[str, object]:
         raise UsageError(f"the model '{task.method.model}' cannot be fitted here.")
     prepared = prepare(task.trials, task.method.model)
     began = time.process_time()
-    fitted = _fitted(prepared, task.method, task.seed)
+    fitted = fit_as_a_run_ends(prepared, task.method.estimator, task.method.optimiser, task.seed)
     seconds = time.process_time() - began
     structure, p = fitted.solution.structure, fitted.solution.p
     unseen = prepared.validate or prepared.identify
@@ -207,16 +206,6 @@ def score_method(task: Task) -> dict[str, object]:
         "seconds": seconds,
         "note": _note(prepared, free),
     }
-
-
-def _fitted(prepared: Prepared, method: Method, seed: int) -> Fitted:
-    """The fit that ``seatrial run`` would end with, no effect being found."""
-    fitted = fit_with(prepared, method.estimator, method.optimiser, seed)
-    if method.estimator != "output_error" or method.optimiser != "auto":
-        return fitted
-    if fitted.chi2_per_dof < FAR:
-        return over_whole_logs(fitted)
-    return fit_far_from_noise(prepared.structure, prepared.identify)
 
 
 def _note(prepared: Prepared, free: Sequence[np.ndarray]) -> str:

@@ -16,7 +16,7 @@ from identify.choose_model import choose_model
 from identify.drive import drive
 from identify.estimators.estimate import FloatArray
 from identify.fit import Fit
-from identify.fit_with import fit_with
+from identify.fit_with import fit_as_a_run_ends
 from identify.predict import run as run_model
 from identify.prepare import Prepared, prepare
 from identify.report_fit import make_fit
@@ -107,7 +107,7 @@ def identify(
     """Fit as a user would; ``auto`` chooses the model by its prediction of parts left out."""
     name = choose_model(trials, seed)[0] if model == "auto" else model
     prepared = prepare(trials, name)
-    return Identified(prepared, fit_with(prepared, estimator, optimiser, seed))
+    return Identified(prepared, fit_as_a_run_ends(prepared, estimator, optimiser, seed))
 
 
 def free_run(found: Identified, truth: Record, sensed: Sensed) -> FloatArray:
