@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,8 @@ from identify.flow import PARAMETERS, channel_of
 from identify.forces import THRUSTING, channels, thrust
 from identify.kernel import CHANNEL, NM
 from identify.resample import straight_lines
-from identify.stretch import SUBSTEPS, Stretch, sampled
+from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
-from preprocess.trial import Measurement
-from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -100,12 +98,9 @@ def actuators_of(
 ) -> dict[str, FloatArray]:
     """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
     dt = stretch.h / SUBSTEPS
-    edges = dt * np.arange(stretch.steps * SUBSTEPS + 1, dtype=float)
-    late = {n: edges + begin for n, begin in input_clocks(structure, p, stretch, values).items()}
-    series = {n: sampled(stretch.inputs[n], at) for n, at in late.items()}
-    switching = {
-        i.name: _switching(i, stretch.inputs[i.name], series[i.name], late[i.name]) for i in structure.inputs
-    }
+    begins = input_clocks(structure, p, stretch, values)
+    acting = {n: stretch.acting(n, begin) for n, begin in begins.items()}
+    series, switching = ({n: a[k] for n, a in acting.items()} for k in (0, 1))
     for active in structure.actives:
         if active.effect.rewire:
             series, switching = (active.effect.rewire(active.variant.options, x) for x in (series, switching))
@@ -116,7 +111,10 @@ def actuators_of(
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     for item in structure.inputs:
         if item.kind in THRUSTING:
-            force = thrust(item, series[item.name]) + switching[item.name]
+            force = thrust(item, series[item.name])
+            if item.law != "linear":
+                # Stays whatever acts on the input: an effect of no size must change nothing.
+                force += switching[item.name]
             for active, v in zip(structure.actives, values, strict=True):
                 if active.effect.gain and active.variant.input in (None, item.name):
                     force = force * active.effect.gain(v, time)
@@ -132,17 +130,6 @@ def input_clocks(
         values = [structure.values(p, e) for e in range(len(structure.actives))]
     begin = stretch.start + _lead(structure, p)
     return {i.name: begin - _delay(structure, values, i.name) for i in structure.inputs}
-
-
-def _switching(item: Input, logged: Measurement, mean: FloatArray, edges: FloatArray) -> FloatArray:
-    """Mean thrust of a held input over each part of a step less the thrust of its ``mean``: where it switches within.
-
-    Without it the switch would seem some milliseconds off. It stays whatever acts on the input: an effect of no size
-    must change nothing.
-    """
-    if item.kind not in THRUSTING or item.law == "linear" or not logged.held:
-        return np.zeros(len(mean))
-    return sampled(replace(logged, value=thrust(item, logged.value)), edges) - thrust(item, mean)
 
 
 def _lead(structure: Structure, p: FloatArray) -> float:

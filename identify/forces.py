@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -97,7 +98,17 @@ def _channel(
     if axis == "P":
         return series[f"thrust {which}"]
     place = "TFN".index(axis)
-    return np.asarray(np.sum([push[place] for push in pushes[which]], axis=0), dtype=float)
+    return _sum([push[place] for push in pushes[which]])
+
+
+def _sum(series: Sequence[FloatArray]) -> FloatArray:
+    """Sum of some series (n,); of one, that one."""
+    return reduce(np.add, series)
+
+
+def _mean(series: Sequence[FloatArray]) -> FloatArray:
+    """Mean of some series (n,); of one, that one."""
+    return series[0] if len(series) == 1 else _sum(series) / len(series)
 
 
 def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
@@ -105,7 +116,7 @@ def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
 
 
 def _mean_rudder(kinds: Mapping[str, list[Input]], series: Series, _: int) -> FloatArray:
-    return np.asarray(np.mean([series[i.name] for i in kinds["rudder"]], axis=0), dtype=float)
+    return _mean([series[i.name] for i in kinds["rudder"]])
 
 
 def _revolutions(item: Input, force: FloatArray) -> FloatArray:
@@ -117,7 +128,7 @@ _SIMPLE: dict[str, Callable[[Mapping[str, list[Input]], Series, int], FloatArray
     "−": lambda k, s, n: np.full(n, -1.0),
     "δ": _mean_rudder,
     "|δ|": lambda k, s, n: np.abs(_mean_rudder(k, s, n)),
-    "n": lambda k, s, n: np.mean([_revolutions(i, s[f"thrust {i.name}"]) for i in _screws(k)], axis=0),
-    "|n|n": lambda k, s, n: np.sum([s[f"thrust {i.name}"] for i in _screws(k)], axis=0),
-    "|n|": lambda k, s, n: np.sum([np.abs(s[i.name]) for i in _screws(k)], axis=0),
+    "n": lambda k, s, n: _mean([_revolutions(i, s[f"thrust {i.name}"]) for i in _screws(k)]),
+    "|n|n": lambda k, s, n: _sum([s[f"thrust {i.name}"] for i in _screws(k)]),
+    "|n|": lambda k, s, n: _sum([np.abs(s[i.name]) for i in _screws(k)]),
 }

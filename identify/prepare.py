@@ -133,7 +133,7 @@ def _with_rudder_sign(vessel: Vessel, inputs: Sequence[Input], stretches: Sequen
         return vessel
     square, right = np.zeros((3, 3)), np.zeros(3)
     for s in stretches:
-        angle = np.mean([sampled(s.inputs[n], s.grid) for n in rudders], axis=0)
+        angle = np.mean([sampled(s.inputs[n], s.start, s.h, s.steps)[0] for n in rudders], axis=0)
         r = s.states[:, 5]
         columns = np.column_stack([angle, 0.5 * (r[1:] + r[:-1]), np.ones(s.steps)])
         square += columns.T @ columns

@@ -7,35 +7,45 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def means_of_held(t, value, edges):
-    """Mean (n,) between ``edges`` (n + 1,) of values that hold from their time until the next, and for ever before."""
-    n, last = len(edges) - 1, len(t) - 1
-    out = np.empty(n)
-    j = 0
-    for k in range(n):
-        a, b = edges[k], edges[k + 1]
+def means_of_held(t, value, begin, dt, n):
+    """Means (n,) over ``n`` steps of ``dt`` of values that hold from their time until the next, and for ever before.
+
+    The second (n,) is the mean of v·|v| less the same of the mean: what a thrust has more where it switches in a step.
+    """
+    mean, more = np.empty(n), np.zeros(n)
+    last = len(t) - 1
+    j = k = 0
+    while k < n:
+        a = begin + k * dt
         while j < last and t[j + 1] <= a:
             j += 1
-        if j == last or t[j + 1] >= b:
-            out[k] = value[j]
-            continue
-        total, i, at = 0.0, j, a
-        while i < last and t[i + 1] < b:
-            total += value[i] * (t[i + 1] - at)
-            at = t[i + 1]
-            i += 1
-        out[k] = (total + value[i] * (b - at)) / (b - a)
-    return out
+        whole = n if j == last else min(n, int((t[j + 1] - begin) / dt))
+        for i in range(k, whole):
+            mean[i] = value[j]
+        k = max(k, whole)
+        if k == n:
+            break
+        a, b = begin + k * dt, begin + (k + 1) * dt
+        total, square = 0.0, 0.0
+        while j < last and t[j + 1] < b:
+            total += value[j] * (t[j + 1] - a)
+            square += value[j] * abs(value[j]) * (t[j + 1] - a)
+            a = t[j + 1]
+            j += 1
+        mean[k] = (total + value[j] * (b - a)) / dt
+        more[k] = (square + value[j] * abs(value[j]) * (b - a)) / dt - mean[k] * abs(mean[k])
+        k += 1
+    return mean, more
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def at_middles(t, value, edges):
-    """Values (n,) halfway between ``edges`` (n + 1,) on straight lines between the samples, held beyond the ends."""
-    n, last = len(edges) - 1, len(t) - 1
+def at_middles(t, value, begin, dt, n):
+    """Values (n,) halfway through ``n`` steps of ``dt`` on straight lines between the samples, held beyond the ends."""
+    last = len(t) - 1
     out = np.empty(n)
     j = 0
     for k in range(n):
-        x = 0.5 * (edges[k] + edges[k + 1])
+        x = begin + (k + 0.5) * dt
         while j < last and t[j + 1] <= x:
             j += 1
         if x <= t[0] or j == last:

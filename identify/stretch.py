@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -85,6 +85,13 @@ class Stretch:
         return self.start + self.h * np.arange(self.steps + 1, dtype=float)
 
     @cached_property
+    def acting(self) -> Callable[[str, float], tuple[FloatArray, FloatArray]]:
+        """What ``sampled`` makes of an input from a time on its log, on the fine grid; the last ones are remembered."""
+        step, n = self.h / SUBSTEPS, self.steps * SUBSTEPS
+        remembering = lru_cache(maxsize=4 * max(1, len(self.inputs)))
+        return remembering(lambda name, begin: sampled(self.inputs[name], begin, step, n))
+
+    @cached_property
     def gyro_line(self) -> tuple[float, float]:
         """Slope and offset of what the gyro said over the smoothed yaw rate: 1 and 0 where the smoother followed it.
 
@@ -162,10 +169,15 @@ def _of_stream(
     return m.t[keep][keep_finite], np.full(n, float(kind)), value, np.full(n, max(m.sigma, 1e-9))
 
 
-def sampled(m: Measurement, edges: FloatArray) -> FloatArray:
-    """Mean of an input over each interval between ``edges`` (n+1,): steps that hold, or straight lines between."""
+def sampled(m: Measurement, begin: float, step: float, n: int) -> tuple[FloatArray, FloatArray]:
+    """Mean (n,) of an input over each ``step`` from ``begin``: values that hold, or straight lines between them.
+
+    The second (n,) is what a quadratic thrust has more than that of the mean, where a held input switches in a step.
+    """
     t, value = m.t[m.good], m.value[m.good]
     if len(t) == 0:
-        return np.zeros(len(edges) - 1)
-    mean = means_of_held if m.held else at_middles
-    return np.asarray(mean(t, value, edges), dtype=float)
+        return np.zeros(n), np.zeros(n)
+    if m.held:
+        mean, more = means_of_held(t, value, begin, step, n)
+        return mean, more
+    return at_middles(t, value, begin, step, n), np.zeros(n)
