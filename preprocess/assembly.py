@@ -84,8 +84,7 @@ def process(
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
-    position = track.streams[0]
-    offsets = clock_offsets(heading, position, table, segments, None if turning else inputs)
+    offsets = clock_offsets(heading, track, table, segments, None if turning else inputs)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words))

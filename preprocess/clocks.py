@@ -8,6 +8,7 @@ it is found beside a model of the response. Whether an offset is a fault of the 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,7 @@ from preprocess.trial import Measurement
 
 def clock_offsets(
     heading: ChainResult,
-    position: Stream,
+    track: ChainResult,
     states: pd.DataFrame,
     segments: Segments,
     inputs: Mapping[str, Measurement] | None,
@@ -31,9 +32,8 @@ def clock_offsets(
 
     Parameters
     ----------
-    heading : ChainResult
-    position : Stream
-        Of the campaign's origin, as it was smoothed.
+    heading, track : ChainResult
+        Of the campaign's origin.
     states : DataFrame
         Smoothed, as in a trial.
     segments : tuple of (start, end)
@@ -43,5 +43,17 @@ def clock_offsets(
     """
     found = [yaw_rate_offset(heading, segments)]
     if inputs is not None:
-        found += response_offsets(states, segments, inputs, position)
+        sensors = [*in_step(heading, found[0]), levelled(track)[0]]
+        found += response_offsets(states, segments, inputs, track.streams[0], sensors)
     return tuple(f for f in found if f is not None and np.isfinite(f.stderr))
+
+
+def levelled(chain: ChainResult) -> list[Stream]:
+    """The streams of a chain with the noise that was found."""
+    return [replace(s, sigma=float(x)) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)]
+
+
+def in_step(heading: ChainResult, gyro: ClockOffset | None) -> list[Stream]:
+    """Heading and yaw rate, the stamps of the latter less their offset."""
+    shift = 0.0 if gyro is None else gyro.offset
+    return [replace(s, t=s.t - shift) if s.name == "yaw_rate" else s for s in levelled(heading)]

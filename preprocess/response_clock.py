@@ -18,6 +18,8 @@ import pandas as pd
 from preprocess.chains import Segments, Stream, inside
 from preprocess.free_fit import Fitted, fit, least_squares
 from preprocess.free_response import Driven, Pose, Posed, Stretch, middle
+from preprocess.hull_clock import told_by_hull
+from preprocess.hull_data import seen
 from preprocess.offsets import LONGEST, WORST, ClockOffset
 from preprocess.response import moving_inputs
 from preprocess.trial import FloatArray, Measurement
@@ -27,6 +29,8 @@ from preprocess.weak_form import bump, weak_form
 LEAST_TURN = 1.5
 #: Points of the grid per response time, and at most in all; of longer logs, so many even pieces.
 POINTS, MOST_POINTS, PIECES = 15.0, 4_000, 4
+#: … of the run of a whole hull per response time.
+HULL_POINTS = 30.0
 #: Half a window, as a share of the response time; windows that count, as neighbours overlap by three quarters.
 HALF, COUNTED, POWER = 0.5, 0.25, 4
 #: Windows that are needed beyond the unknowns, and blocks of windows whose errors go together.
@@ -158,22 +162,56 @@ def manoeuvring(inputs: Sequence[Integrals], fixes: Fixes | None) -> Pose:
 
 
 def told(
-    states: pd.DataFrame, segments: Segments, inputs: Sequence[Integrals], position: Stream | None
+    states: pd.DataFrame,
+    segments: Segments,
+    inputs: Sequence[Measurement],
+    position: Stream | None,
+    sensors: Sequence[Stream] = (),
 ) -> list[ClockOffset | None]:
-    """Offsets of inputs and position that leave least of the responses, with their errors; None where not told."""
+    """Offsets of inputs and position that leave least of the responses, with their errors; None where not told.
+
+    Where the samples of ``sensors`` know more beside a whole hull, what they say.
+    """
     time = response_time(states)
     parts = stretches(states, segments, time)
     fixes = fixes_of(position, states, segments) if parts and position is not None else None
-    both = fit(parts, manoeuvring(inputs, fixes), time, LONGEST) if parts else None
+    responses = manoeuvring([integrals(m) for m in inputs], fixes)
+    both = fit(parts, responses, time, LONGEST) if parts else None
     if both is None or COUNTED * len(both[0].error) - both[0].design.shape[1] < SPARE:
         return [None, None]
     found, without = both
+    pairs = [
+        (x, float(np.hypot(standard_error(found, k), MODEL_SHARE * time)))
+        for k, x in enumerate(found.offsets.tolist())
+    ]
+    bounds = tuple((float(s.t[0]), float(s.t[-1])) for s in parts)
+    better = by_hull(states, bounds, inputs, sensors, time, pairs)
     out: list[ClockOffset | None] = []
-    for k, offset in enumerate(found.offsets.tolist()):
-        stderr = float(np.hypot(standard_error(found, k), MODEL_SHARE * time))
+    for k, (offset, stderr) in enumerate(better):
         unsure = abs(offset) > 0.9 * LONGEST or not stderr <= WORST
         out.append(None if unsure else ClockOffset("", "", offset, stderr, gained(found, without, k)))
     return out
+
+
+def by_hull(
+    states: pd.DataFrame,
+    bounds: Segments,
+    inputs: Sequence[Measurement],
+    sensors: Sequence[Stream],
+    time: float,
+    pairs: Sequence[tuple[float, float]],
+) -> Sequence[tuple[float, float]]:
+    """Offsets and standard errors beside a whole hull where they are surer; else as they are."""
+    if not {"position", "heading"} <= {s.name for s in sensors}:
+        return pairs
+    step = time / HULL_POINTS
+    start = [x if abs(x) < 0.9 * LONGEST and error < WORST else 0.0 for x, error in pairs]
+    parts = excerpts(bounds, step * MOST_POINTS, 6.0 * time)
+    samples = [seen(s, states.dropna(), parts, step) for s in sensors]
+    hull = told_by_hull(states, parts, inputs, samples, time, step, (start[0], start[1]))
+    if hull is None:
+        return pairs
+    return [min(a, b, key=lambda x: x[1]) for a, b in zip(pairs, (hull.late, hull.off), strict=True)]
 
 
 def gained(found: Fitted, without: Fitted, which: int) -> float:
@@ -204,13 +242,16 @@ def response_offsets(
     segments: Segments,
     inputs: Mapping[str, Measurement],
     position: Stream | None = None,
+    sensors: Sequence[Stream] = (),
 ) -> list[ClockOffset]:
     """Offsets of the position's stamps against the heading's, and of the inputs' against the motion's.
 
+    ``sensors`` are position, heading and, where there is one, yaw rate, with their noise: without them the smoothed
+    motion alone is looked at.
     Motion that follows the inputs late (a delay or a lag of an actuator) makes the inputs' negative.
     """
     moving = moving_inputs(inputs)
-    late, off = told(states, segments, [integrals(m) for m in moving], position)
+    late, off = told(states, segments, moving, position, sensors)
     out = [] if off is None else [replace(off, stream="position", against="heading")]
     return [*out, *([] if late is None or not moving else [less_holding(late, moving)])]
 
