@@ -26,8 +26,8 @@ from identify.stretch import Stretch
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Rate of the rudder of these tests, rad/s (15.8 deg/s).
-HELM_RATE = 0.2758
+#: Rate of the rudder of these tests, rad/s (15.8 deg/s), and how late it begins to move, s, as their logs show it.
+HELM_RATE, HELM_DELAY = 0.2758, 0.25
 NAMES = ("first_overshoot", "second_overshoot")
 
 
@@ -53,8 +53,9 @@ def overshoots(stretch: Stretch, psi: FloatArray, heading: float) -> tuple[int, 
 
 
 def shown(measure: Measure) -> str:
-    """A simulated overshoot with its standard error, degrees."""
-    return f"{math.degrees(measure.value):.1f} ± {math.degrees(measure.stderr):.1f}"
+    """A simulated overshoot with its 95 % interval, degrees."""
+    low, high = math.degrees(measure.low), math.degrees(measure.high)
+    return f"{math.degrees(measure.value):.1f} ({low:.1f} to {high:.1f})"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -62,27 +63,38 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.bench_overshoots", description=__doc__)
     parser.add_argument("campaign", type=Path, nargs="?", default=CAMPAIGN)
     parser.add_argument("--model", default="taylor_modulus")
-    parser.add_argument("--samples", type=int, default=60)
+    parser.add_argument("--samples", type=int, default=200)
+    parser.add_argument("--delay", type=float, default=HELM_DELAY, help="of the helm, s")
     a = parser.parse_args(arguments)
     trials = trials_of(a.campaign)
     prepared = prepare(trials, a.model)
     fitted = fit_far_from_noise(prepared.structure, prepared.identify)
     fit = make_fit(prepared, fitted, estimator="output_error", optimiser="auto", seed=0)
     print(f"{a.model}: overshoots of runs that were not seen, degrees")
+    held: list[bool] = []
     print("| run | first: measured, free run with its rudder, simulated | second |\n|---|---|---|")
     for stretch in prepared.validate:
         rudder, heading = angles_of(stretch.name)
         side, measured = overshoots(stretch, stretch.states[:, 2], heading)
         _, free = overshoots(stretch, free_run(prepared.structure, fitted.solution.p, stretch)[:, 2], heading)
         order = replace(
-            parse_order(f"zigzag {rudder:g}/{heading:g}"), side=side, helm_rate=HELM_RATE, samples=a.samples
+            parse_order(f"zigzag {rudder:g}/{heading:g}"),
+            side=side,
+            helm_rate=HELM_RATE,
+            helm_delay=a.delay,
+            samples=a.samples,
         )
         done = simulate(fit, order, 0)
+        held += [
+            measure.low <= math.radians(m) <= measure.high
+            for m, measure in zip(measured, (done[n] for n in NAMES), strict=False)
+        ]
         cells = [
             f"{m:.1f}, {f:.1f}, {shown(done[n])}" for m, f, n in zip(measured, free, NAMES, strict=False)
         ]
         label = f"{rudder:g}/{heading:g} {'starboard' if side > 0 else 'port'}"
         print(f"| {label} | {' | '.join(cells)} |", flush=True)
+    print(f"{sum(held)} of {len(held)} measured overshoots lie in their 95 % interval")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.chain import spreads
-from identify.left_out import joined_regularised
+from identify.left_out import Refit, joined_regularised
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors
@@ -42,11 +42,15 @@ NEAR = 1.2
 
 @dataclass(frozen=True)
 class Fitted:
-    """A solution with the problem and the prior that it solves."""
+    """A solution with the problem and the prior that it solves.
+
+    ``refits`` are fits of the same structure to fewer of the logs, where each was left out in turn.
+    """
 
     problem: Problem
     prior: Prior
     solution: Solution
+    refits: tuple[Refit, ...] = ()
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -132,14 +136,9 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
         )  # fmt: skip
         problem = calibrated_anew(problem, solution)
     if problem.unlogged is not None:
+        anchor = first_states(problem)
         solution = solve(
-            problem,
-            solution.structure,
-            solution.p,
-            solution.first,
-            prior,
-            anchor=first_states(problem),
-            budget=20,
+            problem, solution.structure, solution.p, solution.first, prior, anchor=anchor, budget=20
         )
     return Fitted(problem, prior, solution)
 
@@ -247,7 +246,7 @@ def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> 
         found = joined_regularised(structure, stretches)
     if found is None:
         raise NotIdentifiable("whole logs cannot be fitted free-running.")
-    return _at(structure, stretches, found.joined.p)
+    return replace(_at(structure, stretches, found.joined.p), refits=found.refits)
 
 
 #: A way to fit a structure to stretches.

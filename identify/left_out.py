@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from identify.chain import Chain
 from identify.drive import drive
 from identify.joined import Joined, join
 from identify.output_error import Prior
@@ -37,16 +38,26 @@ CAP = 3.0
 
 
 @dataclass(frozen=True)
+class Refit:
+    """Parameters ``p`` (np,) of a fit that has not seen these stretches."""
+
+    unseen: frozenset[int]
+    p: FloatArray
+
+
+@dataclass(frozen=True)
 class Regularised:
     """A fit over whole logs with the prior that predicts logs left out best.
 
     ``errors`` (groups,) root mean square over u, v, r of the errors of each group of logs when it was left out, in
-    units of each log's own spread; empty where there were too few logs.
+    units of each log's own spread; empty where there were too few logs. ``refits`` are the fits to the others, but for
+    those that ran away.
     """
 
     joined: Joined
     ridge: float
     errors: FloatArray
+    refits: tuple[Refit, ...] = ()
 
     @property
     def error(self) -> float:
@@ -95,17 +106,24 @@ def _with_ridge(
         found = join(before.joined.chain, before.joined.p, prior, before.joined.first, jumps=FIRM)
     if found is None:
         return None
-    return Regularised(found, ridge, np.array([_error_of(found, prior, g) for g in groups]))
+    refits = [_refitted(found, prior, g) for g in groups]
+    errors = [CAP if r is None else _error_of(found.chain, r) for r in refits]
+    return Regularised(found, ridge, np.array(errors), tuple(r for r in refits if r is not None))
 
 
-def _error_of(found: Joined, prior: Prior, group: set[int]) -> float:
+def _refitted(found: Joined, prior: Prior, group: set[int]) -> Refit | None:
+    """The fit gone on with without a group of stretches; None where it runs away."""
+    kept = [k for k, w in enumerate(found.chain.pieces) if w.stretch not in group]
+    again = join(found.chain.without(group), found.p, prior, found.first[kept], jumps=AGAIN, budget=8)
+    return None if again is None else Refit(frozenset(group), again.p)
+
+
+def _error_of(chain: Chain, refit: Refit) -> float:
     """Root mean square error, in units of each log's own spread, of stretches that were left out."""
-    chain = found.chain
-    kept = [k for k, w in enumerate(chain.pieces) if w.stretch not in group]
-    again = join(chain.without(group), found.p, prior, found.first[kept], jumps=AGAIN, budget=8)
-    if again is None:
-        return CAP
-    errors = [errors_in_parts(chain.structure, again.p, chain.stretches[k]) / chain.spread[k] for k in group]
+    errors = [
+        errors_in_parts(chain.structure, refit.p, chain.stretches[k]) / chain.spread[k]
+        for k in sorted(refit.unseen)
+    ]
     capped = np.clip(np.nan_to_num(np.vstack(errors), nan=CAP), -CAP, CAP)
     return float(np.sqrt(np.mean(capped**2)))
 

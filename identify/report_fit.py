@@ -10,6 +10,7 @@ from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.kernel import NX, POSITION
+from identify.misfit import misfit_scale
 from identify.output_error import Solution
 from identify.physical import physical_notes
 from identify.prepare import Prepared
@@ -29,8 +30,18 @@ def covariance_of(fitted: Fitted) -> FloatArray:
 
     The fit weighs every stream by the size of its errors; their slow part counts more than white noise of that size
     would. Between two inverses of the information stands what the scores vary by. A drift of the position is told by
-    its own size and time constant where it shows (``identify.wander``).
+    its own size and time constant where it shows (``identify.wander``). Where logs were left out in turn, far from the
+    noise, it is made as large as their errors ask for (``identify.misfit``).
     """
+    covariance, solution = _of_noise(fitted), fitted.solution
+    if not fitted.refits:
+        return covariance
+    scale = misfit_scale(solution.structure, fitted.problem.stretches, fitted.refits, covariance)
+    return scale**2 * covariance
+
+
+def _of_noise(fitted: Fitted) -> FloatArray:
+    """What the errors' size and their slow part make of the covariance (np, np)."""
     problem, solution = fitted.problem, fitted.solution
     known = state_precision(solution.structure)
     plain = _matrices(problem, solution)

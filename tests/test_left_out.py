@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from identification_samples import trials_of
 
-from identify.left_out import CAP, Regularised, errors_in_parts, groups_of, joined_regularised
+from identify.base_fit import fit_from_scratch
+from identify.left_out import CAP, Refit, Regularised, errors_in_parts, groups_of, joined_regularised
+from identify.misfit import misfit_scale
+from identify.predict import free_run
 from identify.prepare import prepare
+from identify.report_fit import covariance_of
 from identify.whole_logs import joined_from_simple, regression_start
 
 
@@ -62,3 +66,34 @@ def test_logs_that_cannot_be_followed_count_alike_however_far_they_run():
     lost, worse = (Regularised(None, 3.0, np.array([0.1, e])) for e in (1.5, CAP))
     assert lost.error == worse.error == pytest.approx(np.sqrt(0.1))
     assert replace(lost, errors=np.array([0.1, 0.5])).error < lost.error
+
+
+def test_standard_errors_grow_to_what_runs_left_out_ask_for():
+    prepared = sample("zigzag", "random", "zigzag10")
+    structure = prepared.structure
+    fitted = fit_from_scratch(structure, prepared.identify, rounds=0)
+    p = fitted.solution.p
+    stretches = tuple(replace(s, states=free_run(structure, p, s)) for s in prepared.identify)  # exact at p
+    covariance = covariance_of(fitted)
+    rng = np.random.default_rng(1)
+    root = np.linalg.cholesky(covariance + 1e-18 * np.eye(len(covariance)))
+    off = 5.0 * (root @ rng.standard_normal((len(root), len(stretches)))).T
+    refits = tuple(Refit(frozenset({k}), p + m) for k, m in enumerate(off))
+    scale = misfit_scale(structure, stretches, refits, covariance)
+    assert 2.5 < scale < 10.0  # refits are five standard errors off
+    assert misfit_scale(structure, stretches, refits, 4.0 * covariance) == pytest.approx(
+        0.5 * scale, rel=0.02
+    )
+    assert misfit_scale(structure, stretches, refits, 1e4 * covariance) == 1.0
+    exact = replace(fitted, problem=replace(fitted.problem, stretches=stretches))
+    grown = covariance_of(replace(exact, refits=refits))
+    assert np.sqrt(np.diag(grown)) == pytest.approx(scale * np.sqrt(np.diag(covariance_of(exact))), rel=0.01)
+
+
+def test_a_refit_that_runs_away_counts_as_no_prediction():
+    prepared = sample("zigzag", "random", "zigzag10")
+    structure, stretches = prepared.structure, prepared.identify
+    fitted = fit_from_scratch(structure, stretches, rounds=0)
+    away = Refit(frozenset({0}), 50.0 * fitted.solution.p)
+    assert np.isfinite(misfit_scale(structure, stretches, (away,), covariance_of(fitted)))
+    assert misfit_scale(structure, stretches, (), covariance_of(fitted)) == 1.0

@@ -193,6 +193,14 @@ def test_a_helm_takes_its_time():
     assert slow["first_overshoot"].value > 1.2 * fast["first_overshoot"].value
 
 
+def test_a_helm_may_be_late():
+    prompt, late = (simulate(blanke(), Order("zigzag", samples=0, helm_delay=s)) for s in (0.0, 0.4))
+    assert late["first_execute_time"].value == pytest.approx(prompt["first_execute_time"].value + 0.4)
+    assert late["first_overshoot"].value > prompt["first_overshoot"].value
+    with pytest.raises(UsageError, match="before it is asked"):
+        simulate(blanke(), Order("zigzag", samples=0, helm_delay=-1.0))
+
+
 CASES = [
     ("current", {"north": 0.1, "east": -0.3}),
     ("wind", {"north": -3.0, "east": 1.0, "cx": 0.01, "cy": 0.02, "cn": -0.01}),

@@ -36,6 +36,8 @@ class Order:
         Approach speed, m/s; by default that which the typical inputs give.
     helm_rate : float, optional
         How fast the helm moves, rad/s; by default at once (as far as the identified actuator can).
+    helm_delay : float
+        How long after a zigzag's heading is reached the helm begins to move, s.
     reverse : float
         Thrust command astern over that ahead, for ``stopping``.
     samples : int
@@ -52,6 +54,7 @@ class Order:
     side: int = 1
     speed: float | None = None
     helm_rate: float | None = None
+    helm_delay: float = 0.0
     reverse: float = 1.0
     samples: int = 100
     log: str | None = None
@@ -106,6 +109,8 @@ def checked(order: Order) -> Order:
         raise UsageError(
             f"manoeuvre: a zigzag needs a heading angle, found {math.degrees(order.heading):g}°."
         )
+    if not order.helm_delay >= 0.0:
+        raise UsageError(f"manoeuvre: the helm cannot move {-order.helm_delay:g} s before it is asked to.")
     if order.speed is not None and not order.speed > 0.0:
         raise UsageError(f"manoeuvre: the approach speed must be positive, found {order.speed:g} m/s.")
     return order

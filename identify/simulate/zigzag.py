@@ -26,11 +26,11 @@ class Zigzag:
 
 
 def run_zigzag(plant: Plant, order: Order) -> Zigzag:
-    """Steer a zigzag, leg by leg, each order given at the very moment at which the heading is reached."""
+    """Steer a zigzag, leg by leg, each order given when the heading is reached, or the helm's delay later."""
     commands: list[Command] = [(0.0, order.side * order.helm, 1.0)]
     track, complete = _leg(plant, commands, order)
     while complete and len(commands) < EXECUTES:
-        when = _reached(track, commands[-1], order)
+        when = _reached(track, commands[-1], order) + order.helm_delay
         commands.append((when, -commands[-1][1], 1.0))
         track, complete = _leg(plant, commands, order)
     return Zigzag(track, tuple(c[0] for c in commands))

@@ -25,6 +25,9 @@ def command(
         float | None, typer.Option(min=0.0, help="Approach speed, m/s [default: as in the logs].")
     ] = None,
     helm_rate: Annotated[float | None, typer.Option(min=0.0, help="Rate of the helm, deg/s.")] = None,
+    helm_delay: Annotated[
+        float, typer.Option(min=0.0, help="From a zigzag's heading to the helm's first movement, s.")
+    ] = 0.0,
     port: Annotated[bool, typer.Option("--port", help="To port (first).")] = False,
     log: Annotated[str | None, typer.Option(help="Log whose loading and depth hold.")] = None,
     conditions: Annotated[
@@ -70,7 +73,9 @@ def command(
     if prime:
         _print_prime(fit, speed or None, json)
         return
-    changes = {"speed": speed or None, "log": log, "conditions": conditions, "samples": samples}
+    changes = {
+        "speed": speed or None, "log": log, "conditions": conditions, "samples": samples, "helm_delay": helm_delay,
+    }  # fmt: skip
     orders = [
         dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
         for m in manoeuvre or _possible(fit.inputs)
