@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from identify.prepare import Prepared
 from identify.regression import accelerations, regressors
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
+from preprocess.eso_motion import seen_like_velocity, seen_like_yaw_rate
 from preprocess.weak_form import weak_form
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -29,6 +30,10 @@ GAP = 2.0
 SLOPE_STEPS = 5
 #: Half the length of a test function of the weak form, in steps.
 HALF_STEPS = 15
+#: Time in which an observer settles, in units of one over its bandwidth.
+SETTLED = 8.0
+#: How an observer shows inputs, (n, nc).
+Sight = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -41,8 +46,12 @@ class Rows:
 
 
 def rows_of(structure: Structure, p: FloatArray, stretches: tuple[Stretch, ...], weak: bool = False) -> Rows:
-    """The rows of the regression: at every step, or one per test function of the weak form."""
-    made = [(_weak if weak else _strong)(structure, p, s) for s in stretches]
+    """The rows of the regression: at every step, or one per test function of the weak form.
+
+    Where observers made the motion, everything else is seen through the same low-passes (``as_observed``).
+    """
+    both = [(_weak if weak else _strong)(structure, p, *as_observed(s)) for s in stretches]
+    made = [(d[settled(s, len(d))], t[settled(s, len(t))]) for s, (d, t) in zip(stretches, both, strict=True)]
     sizes = [len(t) for _, t in made]
     return Rows(
         np.vstack([d for d, _ in made]),
@@ -51,7 +60,36 @@ def rows_of(structure: Structure, p: FloatArray, stretches: tuple[Stretch, ...],
     )
 
 
-def _strong(structure: Structure, p: FloatArray, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+def as_observed(stretch: Stretch) -> tuple[Stretch, Sight | None]:
+    """A stretch whose velocities have passed the same low-passes, and those low-passes for its inputs (n, nc).
+
+    An observer shows u and v through one low-pass, r through another, and inputs are logged as they are: a regression
+    of one on the others is biased by what lies between them (Xie et al. 2020 filter the regressors for that). Each
+    velocity is seen through the other's low-pass too, the inputs through both.
+    """
+    widths = stretch.observed
+    if not widths:
+        return stretch, None
+    states, t = stretch.states.copy(), stretch.grid
+    states[:, 3:5] = seen_like_yaw_rate(widths, t, states[:, 3:5])
+    states[:, 5:] = seen_like_velocity(widths, t, states[:, 5:])
+    middle = t[:-1] + 0.5 * stretch.h
+    return replace(stretch, states=states), lambda inputs: seen_like_velocity(
+        widths, middle, seen_like_yaw_rate(widths, middle, inputs)
+    )
+
+
+def settled(stretch: Stretch, rows: int) -> slice:
+    """Rows of a stretch in which its observers have settled."""
+    if not stretch.observed:
+        return slice(None)
+    share = SETTLED / (min(stretch.observed.values()) * stretch.h * stretch.steps)
+    return slice(int(min(share, 0.5) * rows), None)
+
+
+def _strong(
+    structure: Structure, p: FloatArray, stretch: Stretch, sight: Sight | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Accelerations as slopes over some steps either way, and the regressors averaged with the same weights.
 
     A slope by least squares is an average of the rates in between; without the same average on the other side of the
@@ -59,7 +97,7 @@ def _strong(structure: Structure, p: FloatArray, stretch: Stretch) -> tuple[Floa
     """
     m = max(1, min(SLOPE_STEPS, stretch.steps // 8))
     weights = slope_weights(m)
-    design = regressors(structure, p, stretch)
+    design = regressors(structure, p, stretch, sight)
     averaged = np.column_stack([np.convolve(c, weights, mode="valid") for c in design.T])
     return averaged, accelerations(stretch, m)[m:-m]
 
@@ -71,12 +109,14 @@ def slope_weights(m: int) -> FloatArray:
     return np.asarray(0.5 * (np.append(one, 0.0) + np.append(0.0, one)), dtype=float)
 
 
-def _weak(structure: Structure, p: FloatArray, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+def _weak(
+    structure: Structure, p: FloatArray, stretch: Stretch, sight: Sight | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Integrals against test functions: no acceleration is needed (Messenger and Bortz 2021)."""
     middle = stretch.grid[:-1] + 0.5 * stretch.h
     form = weak_form(middle, min(HALF_STEPS, (stretch.steps - 2) // 2) * stretch.h)
     velocities = 0.5 * (stretch.states[1:, 3:6] + stretch.states[:-1, 3:6])
-    return form.values @ regressors(structure, p, stretch), -(form.derivatives @ velocities)
+    return form.values @ regressors(structure, p, stretch, sight), -(form.derivatives @ velocities)
 
 
 def equations_of(structure: Structure) -> Iterator[tuple[int, list[int], list[int]]]:

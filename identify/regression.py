@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -58,13 +58,19 @@ def flow_values(
     return dict(zip(RESULTS, found.T, strict=True))
 
 
-def regressors(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
-    """Regressor (n, terms) of every term at the middle of each step of a stretch."""
+def regressors(
+    structure: Structure,
+    p: FloatArray,
+    stretch: Stretch,
+    seen: Callable[[FloatArray], FloatArray] | None = None,
+) -> FloatArray:
+    """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them."""
     d = drive(structure, p, stretch)
+    acting = d.channels if seen is None else seen(d.channels)
     middle = 0.5 * (stretch.states[1:] + stretch.states[:-1])
     middle_water = through_water(middle, d.current)
     values = factor_values(middle_water, d.wind, d.current, structure.u0)
-    values |= {name: d.channels[:, k] for k, name in enumerate(structure.table.channels)}
+    values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
     values |= flow_values(structure, middle_water, values)
     out = np.empty((stretch.steps, len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
+from preprocess.eso_motion import bandwidths_of
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -65,6 +66,8 @@ class Stretch:
         Velocity of the air, north and east; zeros where not logged.
     samples : Samples
         The sensors' good samples within the stretch.
+    observed : mapping of str to float
+        Bandwidths of the observers that the states come from, rad/s by sensor; none where a smoother made them.
     """
 
     name: str
@@ -78,6 +81,7 @@ class Stretch:
     sigmas: FloatArray
     wind: FloatArray
     samples: Samples
+    observed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def grid(self) -> FloatArray:
@@ -134,7 +138,7 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
     on_grid = np.column_stack([np.interp(grid, t, column) for column in values.T])
     return Stretch(
         trial.name, trial.role, float(t[0]), trial.start + float(t[0]), h, steps, trial.inputs, on_grid,
-        sigmas, _wind(trial, grid), _samples(trial, grid[0], grid[-1]),
+        sigmas, _wind(trial, grid), _samples(trial, grid[0], grid[-1]), bandwidths_of(trial.history),
     )  # fmt: skip
 
 

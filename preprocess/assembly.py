@@ -88,7 +88,8 @@ def process(
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words))
-    made, observed = motion(smoothing or Smoothing(), track, heading, segments)
+    rudders = {k: inputs[k] for k, raw in g.inputs.items() if raw.source.quantity == "rudder"}
+    made, observed = motion(smoothing or Smoothing(), track, heading, segments, rudders)
     history = (
         *(Step("set_aside", {"quantity": k, **j.reasons}) for k, j in judged.items() if j.reasons),
         *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),

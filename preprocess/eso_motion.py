@@ -7,26 +7,31 @@ Lyapunov equation of the observer's error; the bandwidth that is not given is th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from preprocess.chains import Segments, Stream, assemble, at_levels, inside
-from preprocess.eso import Observer, observe
+from preprocess.eso import Observer, filter_like, observe
 from preprocess.first_levels import first_guess
 from preprocess.intensity import fitted_intensity
 from preprocess.kalman import IntArray
 from preprocess.levels import thin_out
+from preprocess.nomoto_eso import filter_like_rate
 from preprocess.smoother import ChainResult, states
-from preprocess.trial import FloatArray
+from preprocess.trial import FloatArray, Step
 
 #: Time for which the observer runs backwards first, so that it begins in motion; in units of one over its bandwidth.
 WARM_UP = 8.0
 #: Bandwidths that are tried, rad/s, and rows on which the process intensity is looked for, at most.
 BANDWIDTHS = np.geomspace(0.02, 50.0, 80)
 MOST_ROWS = 6_000
+#: A yaw rate above this share of the bandwidth is beyond what an observer can be corrected for.
+TURNING = 0.3
+#: Fewer samples in a segment are not observed.
+LEAST_SAMPLES = 6
 #: An observer that is faster than this many radians per sample does nothing but follow the samples.
 FASTEST = 2.0
 
@@ -53,7 +58,25 @@ def observed_motion(
     found: dict[str, float] = {}
     turned = observed(heading, segments, bandwidth, found)
     moved = observed(track, segments, bandwidth, found)
-    return states(moved, turned), found
+    return states(carried_round(moved, turned.mean[:, 1, 0], found), turned), found
+
+
+def carried_round(track: ChainResult, r: FloatArray, bandwidths: Mapping[str, float]) -> ChainResult:
+    """The track without what its observers make of a velocity only because it turns with the vessel.
+
+    A velocity that is even along the body's axes goes round in earth axes at the yaw rate (n,) ``r``: an observer shows
+    it by its transfer function at ``s = j r``, a complex factor for north and east together, which is divided out.
+    """
+    mean, w = track.mean.copy(), bandwidths.get("velocity", bandwidths["position"])
+    s = 1j * np.clip(np.nan_to_num(r), -TURNING * w, TURNING * w)
+    if "velocity" in bandwidths:
+        factors = 1.0 - (s / (s + w)) ** 3, w * w * (3.0 * s + w) / (s + w) ** 3
+    else:
+        factors = w * w * (3.0 * s + w) / (s + w) ** 3, (w / (s + w)) ** 3
+    for k, factor in zip((1, 2), factors, strict=True):
+        both = (mean[:, k, 0] + 1j * mean[:, k, 1]) / factor
+        mean[:, k, 0], mean[:, k, 1] = both.real, both.imag
+    return replace(track, mean=mean)
 
 
 def observed(
@@ -81,15 +104,21 @@ def runs(
     stream: Stream, segments: Segments, observer: Observer, wanted: FloatArray
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     """Per segment: indices of the wanted times in it, the observer's states there (k, 3, m), sample intervals (k,)."""
-    use = stream.good & (inside(stream.t, segments) >= 0)
-    for k, (low, high) in enumerate(segments):
-        mine = use & (inside(stream.t, segments) == k)
-        t, value = stream.t[mine], stream.value[mine]
-        if len(t) < 4:
-            continue
+    for (low, high), (t, value) in samples_in(stream, segments):
         seen = observe(observer, t, value, start(observer, t, value))
         at = np.flatnonzero((wanted >= low) & (wanted <= high))
         yield at, between(t, seen, wanted[at]), np.interp(wanted[at], t, local_interval(t))
+
+
+def samples_in(
+    stream: Stream, segments: Segments
+) -> Iterator[tuple[tuple[float, float], tuple[FloatArray, FloatArray]]]:
+    """Segments with a few samples in them at least, and the times (n,) and values (n, m) of those."""
+    use, of = stream.good, inside(stream.t, segments)
+    for k, segment in enumerate(segments):
+        mine = use & (of == k)
+        if mine.sum() >= LEAST_SAMPLES:
+            yield segment, (stream.t[mine], stream.value[mine])
 
 
 def start(observer: Observer, t: FloatArray, value: FloatArray) -> FloatArray:
@@ -151,3 +180,28 @@ def best_bandwidth(stream: Stream, sigma: float, q: float) -> float:
     both = [error_covariances(Observer(float(w)), stream.order) for w in tried]
     error = [sigma**2 * step * noise[1, 1] + q * behind[1, 1] for noise, behind in both]
     return float(tried[int(np.argmin(error))])
+
+
+def bandwidths_of(history: Iterable[Step]) -> dict[str, float]:
+    """Bandwidths of the observers that a trial's motion comes from, rad/s by sensor; empty where there are none."""
+    for step in history:
+        found = step.arguments.get("bandwidth") if step.action == "observe" else None
+        if isinstance(found, Mapping):
+            return {str(k): float(w) for k, w in found.items()}
+    return {}
+
+
+def seen_like_velocity(bandwidths: Mapping[str, float], t: FloatArray, signals: FloatArray) -> FloatArray:
+    """Signals (n, m) as the observers of position or Doppler velocity show u and v."""
+    if "velocity" in bandwidths:
+        return observe(Observer(bandwidths["velocity"]), t, signals)[:, 0]
+    return filter_like(Observer(bandwidths["position"]), t, signals) if "position" in bandwidths else signals
+
+
+def seen_like_yaw_rate(bandwidths: Mapping[str, float], t: FloatArray, signals: FloatArray) -> FloatArray:
+    """Signals (n, m) as the observers of heading or gyro show r."""
+    if "yaw_rate" in bandwidths:
+        return observe(Observer(bandwidths["yaw_rate"]), t, signals)[:, 0]
+    if "nomoto" in bandwidths:
+        return filter_like_rate(bandwidths["nomoto"], t, signals)
+    return filter_like(Observer(bandwidths["heading"]), t, signals) if "heading" in bandwidths else signals

@@ -25,7 +25,7 @@ NATURAL, RIDGE = 3.0, (1e-4, 1e-2, 1.0)
 #: Unknowns behind those of the run: the offset of the position; the gyro's scale, bias and offset.
 OFF, SCALE, BIAS, SHIFT, MORE = 0, 1, 2, 3, 4
 #: Steps of one search, dampings that are tried for one of them, the longest step in an offset, s.
-STEPS, DAMPINGS, LARGE = 10, 5, 0.2
+STEPS, DAMPINGS, LARGE = 10, 4, 0.2
 #: A gain in -2 log likelihood that ends a search; of one that is followed by another one.
 LEAST_GAIN, ROUGH_GAIN = 0.05, 2.0
 #: A run that ends beyond this, in any unit, has no end.
@@ -235,6 +235,8 @@ def descend(problem: Problem, guess: Guess, least_gain: float) -> tuple[Guess, L
         scaled, before = matrix / np.outer(scale, scale), cost
         for _ in range(DAMPINGS):
             step = np.linalg.solve(scaled + (damping + 1e-9) * np.eye(len(scaled)), side / scale) / scale
+            if float(side @ step) < least_gain:  # no more is to be had
+                return guess, left
             tried = guess.moved(step)
             found = left_by(problem, tried)
             new = None if found is None else normal(problem, tried, found)

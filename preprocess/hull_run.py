@@ -125,19 +125,18 @@ def _run(theta, first, current, force, later, step, equation, term, states, slop
     terms, slope, jacobian = np.zeros(count), np.zeros((count, 3)), np.zeros((6, 6))
     k, ks = np.zeros((4, 6)), np.zeros((4, 6, width))
     s, x = np.zeros((6, width)), first.copy()
+    at, moved = x.copy(), s.copy()
     for j in range(6):
         s[j, width - 6 + j] = 1.0
     states[0], slopes[0] = x, s
     share = np.array([0.0, 0.5, 0.5, 1.0])
     for i in range(n):
         for stage in range(4):
-            at, moved = x.copy(), s.copy()
-            if stage > 0:
-                h = share[stage] * step
-                for a in range(6):
-                    at[a] += h * k[stage - 1, a]
-                    for b in range(width):
-                        moved[a, b] += h * ks[stage - 1, a, b]
+            h = share[stage] * step
+            for a in range(6):
+                at[a] = x[a] + h * k[stage - 1, a]
+                for b in range(width):
+                    moved[a, b] = s[a, b] + h * ks[stage - 1, a, b]
             _rate(at, theta, force[i], current, k[stage], jacobian, terms, slope)
             speed2 = at[3] * at[3] + at[4] * at[4]
             _sensitivity(moved, jacobian, terms, theta, later[i], speed2, equation, term, ks[stage])

@@ -32,7 +32,11 @@ def gains(poles: FloatArray) -> FloatArray:
 
 
 def observe_nomoto(
-    observer: NomotoObserver, t: FloatArray, psi: FloatArray, delta_set: FloatArray
+    observer: NomotoObserver,
+    t: FloatArray,
+    psi: FloatArray,
+    delta_set: FloatArray,
+    start: FloatArray | None = None,
 ) -> FloatArray:
     """Estimate ψ, ψ̇, δ, ψ̈, ψ⃛ from the heading and the commanded rudder.
 
@@ -43,6 +47,8 @@ def observe_nomoto(
     psi : (n,) rad
         Unwrapped.
     delta_set : (n,) rad
+    start : (5,), optional
+        State at the first sample; default: the samples, at rest.
 
     Returns
     -------
@@ -50,8 +56,8 @@ def observe_nomoto(
         In the order of the paper: ψ, ψ̇ (rad/s), δ (rad), ψ̈ (rad/s²), ψ⃛ (rad/s³).
     """
     a, b = matrices(observer)
-    start = np.array([psi[0], 0.0, delta_set[0], 0.0, 0.0])
-    return run_linear(t, np.column_stack([psi, delta_set]), a, b, start)
+    first = np.array([psi[0], 0.0, delta_set[0], 0.0, 0.0]) if start is None else start
+    return run_linear(t, np.column_stack([psi, delta_set]), a, b, first)
 
 
 def filter_rudder(
@@ -67,6 +73,32 @@ def filter_rudder(
     b = np.array([[0.0], [0.0], [0.0], [l5]])
     out = run_linear(t, delta[:, None], a, b, np.array([delta[0], 0.0, 0.0, 0.0]))
     return out[:, 0], out[:, 1]
+
+
+def filter_like_rate(bandwidth: float, t: FloatArray, signals: FloatArray) -> FloatArray:
+    """See signals through the low-pass between the true yaw rate and the observer's.
+
+    It estimates ``(l₂s² + l₄s + l₅)/∏(s - λ)`` of the yaw rate: what a regression sets beside it must be seen so too.
+
+    Parameters
+    ----------
+    bandwidth : float
+        rad/s.
+    t : (n,) s
+    signals : (n,) or (n, m)
+
+    Returns
+    -------
+    Same shape as ``signals``.
+    """
+    l1, l2, l4, l5 = gains(np.full(4, -bandwidth))
+    a = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [-l5, -l4, -l2, -l1]], float)
+    b = np.array([[0.0], [0.0], [0.0], [1.0]])
+    shown = np.array([l5, l4, l2, 0.0])
+    columns = signals if signals.ndim == 2 else signals[:, None]
+    first = np.array([[x / l5, 0.0, 0.0, 0.0] for x in columns[0]])
+    seen = [run_linear(t, c[:, None], a, b, start) @ shown for c, start in zip(columns.T, first, strict=True)]
+    return np.column_stack(seen) if signals.ndim == 2 else seen[0]
 
 
 def matrices(observer: NomotoObserver) -> tuple[FloatArray, FloatArray]:

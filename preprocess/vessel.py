@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 #: The kinds of input that a campaign may declare.
 KINDS = ("rudder", "propeller", "thruster", "azimuth", "tunnel")
 #: The smoothers that a campaign may choose.
-SMOOTHERS = ("rts", "eso", "ekf")
+SMOOTHERS = ("rts", "eso", "ekf", "nomoto_eso")
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,10 @@ class Smoothing:
     ----------
     smoother : str
         ``rts``: the fixed-interval smoother; ``eso``: the third-order linear extended state observer of Xie et al.
-        (2020) per channel; ``ekf``: an extended Kalman filter. Observers know only what came before.
+        (2020) per channel; ``nomoto_eso``: the turning by the five-state ESO of Zhu et al. (2022), for models of yaw
+        alone; ``ekf``: an extended Kalman filter. Observers know only what came before.
     bandwidth : float, optional
-        Of the ESO, rad/s; None: for each channel that of the least expected error of the velocity.
+        Of either ESO, rad/s; None: for each channel that of the least expected error of the velocity.
     """
 
     smoother: str = "rts"

@@ -33,11 +33,14 @@ def model_faults(table: CampaignTable) -> Iterator[Fault]:
 
 
 def smoother_faults(table: CampaignTable) -> Iterator[Fault]:
-    """A bandwidth of what has none."""
+    """A bandwidth of what has none; an observer of yaw alone for a model of more."""
     chosen = table.preprocess
-    if chosen.bandwidth is not None and chosen.smoother != "eso":
-        expected = 'a bandwidth with smoother = "eso" only'
+    if chosen.bandwidth is not None and chosen.smoother not in ("eso", "nomoto_eso"):
+        expected = 'a bandwidth with smoother = "eso" or "nomoto_eso" only'
         yield Fault(("preprocess", "bandwidth"), expected, f"it with {found(chosen.smoother)}")
+    if chosen.smoother == "nomoto_eso" and not table.model.name.startswith("nomoto"):
+        expected = 'a Nomoto model ([model] name = "nomoto1", "nomoto2" or "nomoto_nonlinear") with "nomoto_eso"'
+        yield Fault(("preprocess", "smoother"), expected, f"it with {found(table.model.name)}")
 
 
 def unknown_name(place: tuple[int | str, ...], what: str, name: str, known: Iterable[str]) -> Iterator[Fault]:

@@ -138,15 +138,18 @@ class CanTable(Table):
 class PreprocessTable(Table):
     """``[preprocess]``: how the motion is made of the samples that were found good.
 
-    rts is a fixed-interval smoother; eso the third-order extended state observer of Xie et al. (2020) per channel and
-    ekf an extended Kalman filter, which know only what came before: worse, and there to compare. It is this motion that
+    rts is a fixed-interval smoother; eso the third-order extended state observer of Xie et al. (2020) per channel,
+    nomoto_eso the five-state one of Zhu et al. (2022) for the turning (with a Nomoto model) and ekf an extended Kalman
+    filter, which know only what came before: worse, and there to compare. It is this motion that
     regressions (ls, ridge, weak_form, lssvm, …) are made of and that predictions are scored against; output_error fits
     the sensors' own samples and only begins from it.
     """
 
-    smoother: Literal["rts", "eso", "ekf"] = Field(default="rts", description="smoother or observer")
+    smoother: Literal["rts", "eso", "ekf", "nomoto_eso"] = Field(
+        default="rts", description="smoother or observer; nomoto_eso with a Nomoto model only"
+    )
     bandwidth: Positive | None = optional(
-        "of the eso in all channels, rad/s; where not given, of each channel the one of least expected error"
+        "of an eso in all its channels, rad/s; where not given, of each channel the one of least expected error"
     )
 
 
