@@ -29,7 +29,8 @@ SUBSTEPS = 8
 class Samples:
     """All sensor samples of a stretch in one set of columns, in time order.
 
-    ``t`` (m,) s; ``kind`` (m,); ``value`` (m, 2), second column 0 for scalars; ``sigma`` (m,) as the sensor's noise.
+    ``t`` (m,) s; ``kind`` (m,); ``value`` (m, 2), second column 0 for scalars; ``sigma`` (m,) the sensor's noise, of
+    each sample as far as the sensor's own word is followed.
     """
 
     t: FloatArray
@@ -170,7 +171,10 @@ def _of_stream(
     keep_finite = np.isfinite(value).all(axis=1)
     value = value[keep_finite]
     n = len(value)
-    return m.t[keep][keep_finite], np.full(n, float(kind)), value, np.full(n, max(m.sigma, 1e-9))
+    sigma = np.full(n, max(m.sigma, 1e-9))
+    if m.weight is not None:
+        sigma *= np.sqrt(m.weight[keep][keep_finite])
+    return m.t[keep][keep_finite], np.full(n, float(kind)), value, sigma
 
 
 def sampled(m: Measurement, begin: float, step: float, n: int) -> tuple[FloatArray, FloatArray]:

@@ -61,6 +61,31 @@ def test_a_clean_campaign_leaves_white_noise():
     assert fitted.solution.stopped in (Stopped.CONVERGED, Stopped.BUDGET)
 
 
+def test_samples_count_as_the_sensors_own_word_on_them_says():
+    truth = modulus_truth(campaign()[0])
+    fits = []
+    for told in (False, True):
+        prepared = prepare([partly_noisy(t, told=told) for t in campaign()[1][:2]], "modulus")
+        fitted = fit_from_scratch(prepared.structure, prepared.identify, length=15.0, rounds=0)
+        fits.append(make_fit(prepared, fitted, estimator="", optimiser="", seed=0).coefficients)
+    assert fitted.chi2_per_dof == pytest.approx(1.0, abs=0.08)  # told of it, nothing is left to wonder at
+    assert np.median([b.stderr / a.stderr for a, b in zip(*fits, strict=True)]) < 0.5
+    assert max(abs(c.value - truth[c.dof, c.term]) / c.stderr for c in fits[1]) < 4.0
+
+
+def partly_noisy(trial, *, told):
+    """A trial of whose positions three in ten have ten times the noise, and whether their sensor says so."""
+    m = trial.measurements["position"]
+    rng = np.random.default_rng(len(trial.name))
+    variance = np.where(rng.random(len(m.t)) < 0.3, 100.0, 1.0)
+    more = m.sigma * np.sqrt(variance - 1.0)[:, None] * rng.standard_normal(m.value.shape)
+    level = variance.mean()
+    noisy = replace(
+        m, value=m.value + more, sigma=m.sigma * np.sqrt(level), weight=variance / level if told else None
+    )
+    return replace(trial, measurements={**trial.measurements, "position": noisy})
+
+
 def test_a_missing_effect_shows_in_the_noise_and_goes_with_it():
     prepared = prepare(campaign(current=0.3)[1], "modulus")
     without = fit_from_scratch(prepared.structure, prepared.identify, length=10.0)

@@ -66,11 +66,11 @@ def _other_problem(fitted: Fitted, stretches: Sequence[Stretch]) -> Problem | No
 
 def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     """The stretch with the noise levels that were found on the others."""
-    level: dict[int, float] = {}
-    for s in problem.stretches:
-        for kind in np.unique(s.samples.kind):
-            level.setdefault(int(kind), float(s.samples.sigma[s.samples.kind == kind][0]))
-    sigma = np.array(
-        [level.get(int(k), v) for k, v in zip(stretch.samples.kind, stretch.samples.sigma, strict=True)]
+    own = stretch.samples
+    kind, sigma = (
+        np.concatenate([getattr(s.samples, c) for s in problem.stretches]) for c in ("kind", "sigma")
     )
-    return replace(stretch, samples=replace(stretch.samples, sigma=sigma))
+    factor = np.ones(4)
+    for k in np.intersect1d(own.kind, kind):
+        factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
+    return replace(stretch, samples=replace(own, sigma=own.sigma * factor[own.kind]))
