@@ -9,13 +9,13 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
+from identify.base_fit import FAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.windows import Problem, first_states
 from validate.candidates import Screened
 from validate.pace import Pace
-from validate.refits import raced, step_tolerance, target_gap
+from validate.refits import CONVERGES, raced, step_tolerance, target_gap
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -88,7 +88,7 @@ def judge(
     refitted = raced(base, finalists, pace)
     if not refitted:
         return base, []
-    if base.chi2_per_dof > NEAR:
+    if base.chi2_per_dof > CONVERGES:
         refitted = sorted(refitted, key=lambda x: x[1].solution.total)
         pace.expect(2 * AGAIN + 1, pace.left)
         refitted = [(s, anew(f, pace)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]

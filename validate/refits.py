@@ -23,7 +23,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Item = TypeVar("Item", Screened, Fitted)
 
 #: Below this cost per degree of freedom a refit converges from where the base is.
-NEAR = 1.5
+CONVERGES = 1.5
 #: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
 #: steps, in which one that began far from the base's own optimum may not have caught up.
 RUNNERS, PROMISING = 4, 4
@@ -49,7 +49,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     )
     ways = (screened.p, screened.unmoved)
     moved = min((search(p, first, budget=0) for p in ways), key=_total)
-    if fitted.chi2_per_dof < NEAR:
+    if fitted.chi2_per_dof < CONVERGES:
         return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(*_other_start(structure, screened, fitted), budget=2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
