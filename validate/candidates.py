@@ -65,15 +65,21 @@ def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     """First-order gain of each candidate from the fit of the structure without it, best first."""
     easy = [a for a in actives if smooth(a)]
     found = _screen_at_null(fitted, easy) if easy else []
+    found += from_starts(fitted, [a for a in actives if not smooth(a)])
+    return sorted(found, key=lambda x: -x.gain)
+
+
+def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    """First-order gain of each candidate from the best of its own starts, over part of the windows."""
     some = thinned(fitted)
     base = _best_cost(some)
     share = some.problem.rows / fitted.problem.rows
+    found = []
     for active in actives:
-        if not smooth(active):
-            looks = (_screen_at(some, active, start, base) for start in _starts(fitted, active))
-            best = max(looks, key=lambda x: x.gain)
-            found.append(replace(best, gain=best.gain / share))
-    return sorted(found, key=lambda x: -x.gain)
+        looks = (_screen_at(some, active, start, base) for start in _starts(fitted, active))
+        best = max(looks, key=lambda x: x.gain)
+        found.append(replace(best, gain=best.gain / share))
+    return found
 
 
 def thinned(fitted: Fitted) -> Fitted:

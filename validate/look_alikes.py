@@ -12,9 +12,10 @@ from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure
 from identify.windows import first_states
-from validate.candidates import Screened, candidates, extended, normal, prior_of, smooth
+from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
 from validate.judgement import INDISTINCT, significance
 from validate.refits import step_tolerance
+from validate.scan import between_log_and_hull
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -23,6 +24,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 CLOSE, SHARE = 40.0, 0.02
 #: At most this many rivals are refitted.
 MOST_RIVALS = 6
+#: ... and so many more of those that act on the same input.
+MOST_KIN = 3
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,25 @@ def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) 
     easy = [a for a in rivals if smooth(a)]
     slow = [[a] for a in rivals if not smooth(a)]
     found = [s for group in ([easy, *slow] if easy else slow) for s in _close(fitted, index, group, gain)]
-    return sorted(found, key=lambda s: -s.gain)[:MOST_RIVALS]
+    found = sorted(found, key=lambda s: -s.gain)[:MOST_RIVALS]
+    seen = {s.active.label for s in found}
+    return found + [s for s in _kin(fitted, index, rivals) if s.active.label not in seen]
+
+
+def _kin(fitted: Fitted, index: int, rivals: list[Active]) -> list[Screened]:
+    """Rivals that act on the same input between log and hull, the best of them at their own starts.
+
+    Near nothing their signatures tell little of what they would make of the same input.
+    """
+    mine = fitted.solution.structure.actives[index]
+    if not between_log_and_hull(mine):
+        return []
+    kin = [
+        a
+        for a in rivals
+        if between_log_and_hull(a) and not smooth(a) and (a.variant.input in (None, mine.variant.input))
+    ]
+    return sorted(from_starts(dropped(fitted, index), kin), key=lambda s: -s.gain)[:MOST_KIN]
 
 
 def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list[Screened]:

@@ -19,7 +19,7 @@ from validate.judgement import INDISTINCT, Judged, judge, least_gain, under, wor
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
-from validate.scan import best_value, gain_and_value
+from validate.scan import WORTH, best_value, gain_and_value
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -30,10 +30,14 @@ FINALISTS = 8
 MOST_EFFECTS = 4
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
+#: So many times an effect that was taken may be exchanged for a rival.
+EXCHANGES = 3
 #: An effect whose loss would cost less than this may make up for another's wrong value.
 DOUBTFUL = 100.0
 #: At so many inputs one effect is looked at through the accelerations.
 MOST_INPUTS = 6
+#: ... and so many are tried where these do not tell them apart.
+UNDECIDED = 2
 #: Length of the windows for the first, rough pass, s.
 ROUGH = 10.0
 
@@ -84,7 +88,29 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
             fine = _rounds(refined(fine), turns, pace)
     fine = _pruned(fine, pace)
     standing = _standing(fine, wiring, pace)
+    for _ in range(EXCHANGES):
+        rival = better_rival(fine, standing)
+        if rival is None:
+            break
+        pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
+        fine = _pruned(_rounds(settled(rival), turns, pace), pace)
+        standing = _standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
+
+
+def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
+    """Of the rivals of all effects the one that the measurements clearly prefer to what was taken; None without one.
+
+    What was taken first was taken without what came later, which may be what makes its rival the better.
+    """
+    problem, cost = fitted.problem, dispersed_cost(fitted.problem, fitted.solution)
+    better = {
+        dispersed_cost(problem, r.solution) + 2.0 * (len(r.solution.p) - len(fitted.solution.p)): r
+        for s in standing
+        for r in s.rivals
+    }
+    least = min(better, default=np.inf)
+    return better[least] if least < cost - INDISTINCT else None
 
 
 def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
@@ -153,18 +179,19 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
     forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
         forms.setdefault(_form(candidate), []).append(candidate)
-    return [_likeliest(fitted, alike) for alike in forms.values()]
+    return [s for alike in forms.values() for s in _likely(fitted, alike)]
 
 
-def _likeliest(fitted: Fitted, alike: Sequence[Screened]) -> Screened:
-    """Of one effect at several inputs that which the accelerations want most; else the first."""
+def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
+    """Of one effect at several inputs that which the accelerations want most; where they do not tell, the first two."""
     if len(alike) == 1:
-        return alike[0]
+        return alike
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
     gains = [
-        gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0] for s in alike[:MOST_INPUTS]
+        max(0.0, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0])
+        for s in alike[:MOST_INPUTS]
     ]
-    return alike[int(np.argmax(gains))]
+    return [s for s, gain in zip(alike, gains, strict=False) if gain >= max(gains) - WORTH][:UNDECIDED]
 
 
 def _astray(fitted: Fitted) -> bool:

@@ -47,7 +47,7 @@ def gain_and_value(
     active = structure.actives[which]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == which]
     parameter = structure.slots[mine[0]].parameter if len(mine) == 1 else None
-    if parameter is None or not _between_log_and_hull(active) or not _looked_at(parameter):
+    if parameter is None or not between_log_and_hull(active) or not _looked_at(parameter):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     found = []
@@ -59,7 +59,8 @@ def gain_and_value(
     return null - least, best
 
 
-def _between_log_and_hull(active: Active) -> bool:
+def between_log_and_hull(active: Active) -> bool:
+    """Whether an effect acts on what an input makes of its log."""
     return bool(active.effect.actuator or active.effect.input_delay or active.effect.gain)
 
 
