@@ -93,7 +93,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = _pruned(_rounds(settled(rival), turns, pace), pace)
+        fine = _pruned(_rounds(_pruned(settled(rival), pace), turns, pace), pace)
         standing = _standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
