@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identify.base_fit import FAR, Fitted
+import numpy as np
+
+from identify.base_fit import FAR, FOLLOWS, Fitted
 from identify.prepare import Prepared
 from identify.stretch import Stretch
-from validate.diagnosis import Validation
 from validate.other_logs import on_other_logs
 from validate.scores import predictions, validation
 
 #: Unseen logs count as predicted worse from this ratio of the squared errors on.
 WORSE = 1.1
+#: ... and so much worse from this ratio on that no smoother's own errors can be why.
+RUN_AWAY = 4.0
 
 
 def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
@@ -23,20 +26,25 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more.
     """
     unseen = prepared.validate
-    scores = [
-        validation(prepared.structure, unseen, predictions(f.solution.structure, f.solution.p, unseen))
-        for f in (declared, after)
-    ]
-    if not worse(*scores):
+    spread = _spread((*prepared.identify, *unseen))
+    before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
+    if after_ <= WORSE * before:
         return False
-    return after.chi2_per_dof > FAR or not _measured_better(unseen, declared, after)
+    astray = after_ > max(FOLLOWS, RUN_AWAY * before)
+    return astray or after.chi2_per_dof > FAR or not _measured_better(unseen, declared, after)
 
 
-def worse(before: Validation, after: Validation) -> bool:
-    """Whether free-running errors on unseen logs have grown (each channel by its own spread)."""
-    pairs = [(before.channels[c].nrmse, after.channels[c].nrmse) for c in before.channels]
-    known = [(b, a) for b, a in pairs if a is not None and b is not None]
-    return sum(a * a for _, a in known) > WORSE * sum(b * b for b, _ in known)
+def _spread(stretches: Sequence[Stretch]) -> dict[str, float]:
+    """Variance of u, v, r over all logs: one that holds its course and speed has hardly any of its own."""
+    return dict(zip("uvr", np.vstack([s.states[:, 3:6] for s in stretches]).var(axis=0) + 1e-24, strict=True))
+
+
+def _misfit(prepared: Prepared, fitted: Fitted, spread: dict[str, float]) -> float:
+    """Squared free-running errors on unseen logs, channels added, each in units of its spread."""
+    unseen = prepared.validate
+    runs = predictions(fitted.solution.structure, fitted.solution.p, unseen)
+    found = validation(prepared.structure, unseen, runs).channels
+    return sum(s.mse / spread[c] for c, s in found.items() if s.mse is not None)
 
 
 def _measured_better(unseen: Sequence[Stretch], declared: Fitted, after: Fitted) -> bool:
