@@ -67,16 +67,21 @@ class Regularised:
 
 def joined_regularised(structure: Structure, stretches: Sequence[Stretch]) -> Regularised | None:
     """Fit whole logs free-running with the prior that predicts logs left out best; None where the model runs away."""
-    groups = groups_of(stretches)
-    if not groups:
+    if not groups_of(stretches):
         found = joined_from_simple(structure, stretches)
         return None if found is None else Regularised(found, np.inf, np.zeros(0))
+    return min(by_prior(structure, stretches), key=lambda r: r.error, default=None)
+
+
+def by_prior(structure: Structure, stretches: Sequence[Stretch]) -> list[Regularised]:
+    """The fits with every prior that do not run away, from tight to loose; none where nothing can be left out."""
     tried: list[Regularised] = []
-    for ridge in RIDGES:
+    groups = groups_of(stretches)
+    for ridge in RIDGES if groups else ():
         one = _with_ridge(structure, stretches, groups, ridge, tried[-1] if tried else None)
         if one is not None:
             tried.append(one)
-    return min(tried, key=lambda r: r.error, default=None)
+    return tried
 
 
 def groups_of(stretches: Sequence[Stretch]) -> list[set[int]]:
