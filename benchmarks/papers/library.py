@@ -32,7 +32,7 @@ PROPELLER = Input("n", "propeller", position=(-0.5, 0.0))
 class Sensed:
     """How a record is measured: the vessel, the noise of u and v, of r and of the heading, and a time to smooth over.
 
-    ``smoothing`` in s serves only the regression that a search begins from.
+    ``smoothing`` in s makes the motion that a search begins from, and that a fit far from the noise is compared with.
     """
 
     vessel: Vessel
