@@ -16,6 +16,7 @@ from preprocess.commands import feedback_noise, judge_input
 from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said
 from preprocess.gaps import find_segments, widened
+from preprocess.inertial import with_accelerations
 from preprocess.judge import Judged, judge
 from preprocess.manoeuvres import ANGLES
 from preprocess.raw import Raw, kept
@@ -68,6 +69,7 @@ def process(
     track_sensors, more_words = all_heard(track_streams(judged, heading, vessel), stated, segments)
     words |= more_words
     track = smooth_track(track_sensors, heading, segments, wanted, inputs, beside)
+    track, worth = with_accelerations(track, heading, g.accelerations, vessel.imu, segments, inputs)
     table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
     sigma = _named(heading) | _named(track)
@@ -87,7 +89,7 @@ def process(
     offsets = clock_offsets(heading, track, table, segments, None if turning else inputs)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
-    findings = tuple(said(judged, segments, offsets, found, track.wander, words))
+    findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth))
     rudders = {k: inputs[k] for k, raw in g.inputs.items() if raw.source.quantity == "rudder"}
     made, observed = motion(smoothing or Smoothing(), track, heading, segments, rudders)
     history = (
@@ -95,6 +97,7 @@ def process(
         *(Step("set_aside", {"input": k, **m.reasons}) for k, m in inputs.items() if m.reasons),
         *(Step("stated_accuracy", {"quantity": k, **asdict(w)}) for k, w in words.items()),
         Step("segments", {"segments": [list(s) for s in segments]}),
+        *(Step("accelerations", asdict(w)) for w in [worth] if w is not None),
         Step("smooth", {"chain": "heading", "q": heading.levels.q, "sigma": _named(heading)}),
         Step("smooth", {"chain": "track", "q": track.levels.q, "sigma": _named(track), **_wander(track)}),
         Step(

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from preprocess.chains import Segments
+from preprocess.inertial import Worth
 from preprocess.judge import Judged
 from preprocess.manoeuvres import Found, classify_stretch
 from preprocess.offsets import ClockOffset
@@ -47,6 +48,7 @@ def said(
     found: Sequence[Found],
     wander: Wander | None = None,
     words: Mapping[str, Word] | None = None,
+    worth: Worth | None = None,
 ) -> list[str]:
     """Sentences for the report."""
     out = []
@@ -69,6 +71,7 @@ def said(
         for k, w in (words or {}).items()
         if w.power > 0.0
     ]
+    out += [str(worth)] if worth is not None else []
     out += [str(o) for o in offsets if o.seen]
     out += [f"{f.kind} {f.detail}, {f.start:.0f}-{f.end:.0f} s.".replace(" ,", ",") for f in found]
     return out

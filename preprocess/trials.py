@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from preprocess import frames
+from preprocess.accelerations import Accelerations, find_accelerations
 from preprocess.actuators import read_input
 from preprocess.cutting import cut_at_manoeuvres
 from preprocess.excitation import with_excitation
@@ -35,6 +36,7 @@ class Gathered:
     sensors: Mapping[str, Raw]
     inputs: Mapping[str, Raw]
     history: tuple[Step, ...]
+    accelerations: Accelerations | None = None
 
 
 def make_trials(
@@ -111,7 +113,7 @@ def gather(
         steps.append(
             Step("take", {"input": declared.name, "source": actuators[declared.name].source.name, "by": how})
         )
-    return Gathered(run, found, actuators, tuple(steps))
+    return Gathered(run, found, actuators, tuple(steps), find_accelerations(log))
 
 
 def _take(quantity: str, name: str, unit: str, sensor: Sensor | None, rivals: list[str]) -> dict[str, object]:

@@ -99,6 +99,7 @@ def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> S
             east(t) + at(truth, t, "r") * (a * cos(t) - b * sin(t)),
         ),
     }
+    of["IMU"] = lambda t: body_acceleration(truth, t)
     tables, bad, declared = {}, {}, {}
     for name, sensor in sensors.items():
         t, value, bad[name] = sample(rng, sensor, end, of[name])
@@ -107,11 +108,43 @@ def sampled(truth: Truth, seed=0, antenna=(0.0, 0.0), **sensors: Imperfect) -> S
             value = np.mod(value, 2.0 * np.pi)
         tables[name] = table(np.maximum(t, 0.0), names, value)
         declared[name] = Sensor(name, {n: f"{name}.{n}" for n in names}, None)
+    if "IMU" in tables:
+        tables |= inertial(tables.pop("IMU"), truth)
+        declared.pop("IMU")
     names = [f"a{k}" for k in range(truth.inputs.shape[1])]
     tables["act"] = table(truth.t[::10], names, truth.inputs[::10])
     inputs = [Input(n, "thruster", f"act.{n}", unit="N") for n in names]
     vessel = Vessel(truth.vessel.name, truth.vessel.length, truth.vessel.beam, antenna=antenna)
     return Sampled(truth, Log(Path("made.csv"), "csv", tables), bad, declared, inputs, vessel)
+
+
+#: Constant errors of the accelerometer, m/s², forward and starboard.
+BIAS = (0.08, -0.05)
+
+
+def body_acceleration(truth: Truth, t):
+    """Acceleration of the origin along the body's axes, (n,) each."""
+    du, dv = (np.interp(t, truth.t, np.gradient(getattr(truth, k), truth.t)) for k in "uv")
+    return du - at(truth, t, "r") * at(truth, t, "v"), dv + at(truth, t, "r") * at(truth, t, "u")
+
+
+def tilt(t):
+    """Roll and pitch of a boat in light waves, rad."""
+    return 0.05 * np.sin(1.9 * t) + 0.02, 0.02 * np.sin(1.3 * t)
+
+
+def inertial(rows: pd.DataFrame, truth: Truth) -> dict[str, pd.DataFrame]:
+    """Specific force of a rolling boat, with roll and pitch, as an autopilot logs them."""
+    t = rows.index.to_numpy() * 1e-9
+    (roll, pitch), (forward, starboard), g = tilt(t), (rows.to_numpy() + BIAS).T, 9.80665
+    # level axes to the body's: pitch first, then roll; gravity is felt as -g downwards
+    x, down = forward * np.cos(pitch) + g * np.sin(pitch), forward * np.sin(pitch) - g * np.cos(pitch)
+    y, z = starboard * np.cos(roll) + down * np.sin(roll), -starboard * np.sin(roll) + down * np.cos(roll)
+    attitude = np.degrees(np.column_stack(tilt(t)))
+    return {
+        "IMU": table(t, ("AccX", "AccY", "AccZ"), np.column_stack([x, y, z])),
+        "ATT": table(t, ("Roll", "Pitch"), attitude),
+    }
 
 
 def assert_same_trial(one: Trial, other: Trial) -> None:
