@@ -10,13 +10,13 @@ from __future__ import annotations
 import argparse
 
 from benchmarks import preprocess_real
-from benchmarks.preprocess_accuracy import accuracy, levels_by_rate, outliers_and_levels
-from benchmarks.preprocess_cases import CASES, SAILED
+from benchmarks.preprocess_accuracy import accelerations, accuracy, levels_by_rate, outliers_and_levels
+from benchmarks.preprocess_cases import CASES, INERTIAL, SAILED
 from benchmarks.preprocess_clocks import clocks
 from benchmarks.preprocess_time import timing
 from benchmarks.preprocess_wanders import wanders
 
-PARTS = ("time", "accuracy", "outliers", "levels", "wanders", "clocks", "measured")
+PARTS = ("time", "accuracy", "accelerations", "outliers", "levels", "wanders", "clocks", "measured")
 
 
 def measure(part: str, seeds: int, vessels: list[str]) -> None:
@@ -26,8 +26,11 @@ def measure(part: str, seeds: int, vessels: list[str]) -> None:
     todo = {
         "time": timing,
         "accuracy": lambda: accuracy(seeds, cases),
+        "accelerations": lambda: accelerations(
+            seeds, [c for c in INERTIAL if not vessels or c[0] in vessels]
+        ),
         "outliers": lambda: outliers_and_levels(seeds, cases),
-        "levels": lambda: levels_by_rate(max(seeds // 3, 1), sailed),
+        "levels": lambda: levels_by_rate(seeds, sailed),
         "wanders": lambda: wanders(max(seeds // 2, 1), sailed),
         "clocks": lambda: clocks(2 * seeds, sailed),
         "measured": preprocess_real.measured,

@@ -42,6 +42,28 @@ CASES = (
 )
 
 
+#: Vessel, manoeuvre, rates of position, heading and yaw rate (Hz), white noise of the accelerations, m/s².
+INERTIAL = (
+    ("catamaran", "random", (5, 10, 10), 0.05),
+    ("catamaran", "random", (1, 10, 10), 0.05),
+    ("usv", "zigzag", (5, 10, 20), 0.05),
+    ("usv", "random", (1, 5, 5), 0.2),
+    ("tug", "random", (5, 20, 20), 0.05),
+    ("tanker", "zigzag", (5, 10, 20), 0.05),
+)
+
+
+def inertial(vessel, manoeuvre, rates, noise: float, seed: int, keep: bool) -> Sampled:
+    """A log with accelerations, roll and pitch; without them the other sensors' samples are the same."""
+    names = ("position", "heading", "yaw_rate")
+    sensors = {k: Imperfect(r, NOISE[k], 0.2, 0.1) for k, r in zip(names, rates, strict=True)}
+    made = sampled(truth_of(vessel, manoeuvre, 120.0, seed), seed, **sensors, IMU=Imperfect(50, noise))
+    if not keep:
+        for name in ("IMU", "ATT"):
+            made.log.tables.pop(name)
+    return made
+
+
 def rates_of(case):
     """Vessel, manoeuvre and case in words."""
     vessel, manoeuvre, rates, lost, wild = case
