@@ -17,6 +17,7 @@ from identify.effects import EFFECTS
 from identify.fit import Estimated, Fit
 from identify.report_fit import fitted_effect
 from identify.simulate import Order, parse_order, rebuild, simulate
+from identify.simulate.manoeuvre import draw
 from identify.simulate.measures import crossing, imo_limits
 from identify.simulate.plant import corners
 from identify.structure import null_parameters
@@ -155,6 +156,21 @@ def test_uncertainty_is_that_of_the_parameters():
     assert rate.high - rate.low == pytest.approx(2 * 1.96 * expected, rel=0.2)
     again = simulate(fit, Order("circle", 0.3, speed=1.0, samples=300), seed=1)
     assert again["advance"].stderr == found["advance"].stderr
+
+
+def test_a_draw_at_its_bound_takes_along_what_it_is_tied_to():
+    """Of thrust and constant only the sum is known, and thrust cannot push backwards."""
+    rebuilt = rebuild(blanke())
+    names = [s.name for s in rebuilt.structure.slots]
+    thrust, other = names.index("X_|n|n"), names.index("Y_delta")
+    tied = np.zeros_like(rebuilt.covariance)
+    size = 3.0 * rebuilt.p[thrust]
+    tied[np.ix_([thrust, other], [thrust, other])] = size**2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    drawn = draw(replace(rebuilt, covariance=tied), 200, 0)
+    assert drawn[:, thrust].min() == 0.0
+    assert np.mean(drawn[:, thrust] == 0.0) > 0.2
+    total = rebuilt.p[thrust] + rebuilt.p[other]
+    assert drawn[:, thrust] + drawn[:, other] == pytest.approx(np.full(200, total), abs=1e-6 * size)
 
 
 def test_draws_that_fail_are_counted():

@@ -199,12 +199,20 @@ def perform(plant: Plant, order: Order) -> tuple[Track, dict[str, float]]:
 
 
 def draw(rebuilt: Rebuilt, count: int, seed: int) -> FloatArray:
-    """Parameter vectors (count, np) from their covariance, within their bounds."""
+    """Parameter vectors (count, np) from their covariance, within their bounds.
+
+    What leaves its bounds is brought back to them, and what goes with it comes along: of two of which only
+    the sum is known, one at its bound leaves the other to make up for it.
+    """
     rng = np.random.default_rng(seed)
-    values, vectors = np.linalg.eigh(rebuilt.covariance)
+    covariance = rebuilt.covariance
+    values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = rebuilt.p + rng.standard_normal((count, len(rebuilt.p))) @ root.T
     low, high = (np.array([s.parameter.bounds[k] for s in rebuilt.structure.slots]) for k in (0, 1))
+    for k in np.nonzero((np.isfinite(low) | np.isfinite(high)) & (np.diag(covariance) > 0.0))[0]:
+        back = np.clip(drawn[:, k], low[k], high[k]) - drawn[:, k]
+        drawn += np.outer(back, covariance[:, k] / covariance[k, k])
     return np.asarray(np.clip(drawn, low, high), dtype=float)
 
 
