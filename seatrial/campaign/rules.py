@@ -39,7 +39,9 @@ def smoother_faults(table: CampaignTable) -> Iterator[Fault]:
         expected = 'a bandwidth with smoother = "eso" or "nomoto_eso" only'
         yield Fault(("preprocess", "bandwidth"), expected, f"it with {found(chosen.smoother)}")
     if chosen.smoother == "nomoto_eso" and not table.model.name.startswith("nomoto"):
-        expected = 'a Nomoto model ([model] name = "nomoto1", "nomoto2" or "nomoto_nonlinear") with "nomoto_eso"'
+        expected = (
+            'a Nomoto model ([model] name = "nomoto1", "nomoto2" or "nomoto_nonlinear") with "nomoto_eso"'
+        )
         yield Fault(("preprocess", "smoother"), expected, f"it with {found(table.model.name)}")
 
 
