@@ -145,13 +145,12 @@ def lssvm(case: Case, seed: int) -> FloatArray:
 
 
 def observed(
-    case: Case, bandwidths: FloatArray, options: Mapping[str, Any] = QUICK, *, fixed: bool = False
+    case: Case, bandwidths: FloatArray, designs: tuple[FloatArray, ...], options: Mapping[str, Any] = QUICK
 ) -> FloatArray:
     """Fit on the accelerations that three observers see, regressors as measured (eq. 19-28)."""
     targets = [
         observe(Observer(float(w)), case.t, x)[:, 1] for w, x in zip(bandwidths, case.states.T, strict=True)
     ]
-    designs = regressors(case.states, case.delta, case.speed, fixed=fixed)
     return fit(designs, np.column_stack(targets), "eso_lssvm", {**options, "C_b": 1.0})
 
 
@@ -161,8 +160,10 @@ def searched(
     """ESO-LSSVM with the bandwidths found by an optimiser on the free-running error (3.2)."""
 
     def method(case: Case, seed: int) -> FloatArray:
+        designs = regressors(case.states, case.delta, case.speed, fixed=fixed)
+
         def objective(population: FloatArray) -> FloatArray:
-            thetas = np.array([observed(case, w, options, fixed=fixed) for w in population])
+            thetas = np.array([observed(case, w, designs, options) for w in population])
             found = errors(thetas, case.t, case.states, case.delta, case.speed, fixed=fixed)
             return fitness(found, case.length)
 
@@ -170,7 +171,7 @@ def searched(
         found = minimise(OPTIMISERS[optimiser], objective, [case.bandwidths] * 3, BUDGET, seed, **search)
         if not np.isfinite(found.value):  # every candidate's free run diverged
             return np.full(sum(SIZES) + len(SIZES), np.nan)
-        return observed(case, found.x, options, fixed=fixed)
+        return observed(case, found.x, designs, options)
 
     return method
 
