@@ -1,5 +1,6 @@
 """A regression on an observer's motion sees its regressors through the same observer: without that it is biased."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,13 @@ def log():
     return Log(Path("made.csv"), "csv", tables)
 
 
-def trial_by(log, smoothing):
+@pytest.fixture(scope="module")
+def trial_by(log):
+    """Trials of the log by smoother, each made once."""
+    return cache(lambda smoothing: made_by(log, smoothing))
+
+
+def made_by(log, smoothing):
     sensors = {
         "position": Sensor("position", {"north": "position.north", "east": "position.east"}, "m"),
         "heading": Sensor("heading", {"value": "heading.value"}, "rad"),
@@ -54,33 +61,33 @@ def trial_by(log, smoothing):
     return make_trials([run], Vessel("boat", 1.0, 0.3), [rudder], sensors, smoothing=smoothing)[0]
 
 
-def fitted(log, smoothing, estimator="ls"):
+def fitted(trial, estimator):
     """Gain K and time constant T by regression."""
-    fit = fit_with(prepare([trial_by(log, smoothing)], "nomoto1"), estimator)
+    fit = fit_with(prepare([trial], "nomoto1"), estimator)
     minus, gain = fit.solution.p[:2]
     return np.array([-gain / minus, -1.0 / minus])
 
 
 @pytest.mark.parametrize("estimator", ["ls", "weak_form"])
 @pytest.mark.parametrize("smoother", ["eso", "nomoto_eso"])
-def test_regressors_are_seen_as_the_observer_shows_the_motion(log, monkeypatch, smoother, estimator):
-    chosen = Smoothing(smoother, 1.5)
-    seen = fitted(log, chosen, estimator)
+def test_regressors_are_seen_as_the_observer_shows_the_motion(trial_by, monkeypatch, smoother, estimator):
+    chosen = trial_by(Smoothing(smoother, 1.5))
+    seen = fitted(chosen, estimator)
     np.testing.assert_allclose(seen, [K, T], rtol=0.03)
     monkeypatch.setattr(by_tuning, "as_observed", lambda stretch: (stretch, None))
-    plain = fitted(log, chosen, estimator)
+    plain = fitted(chosen, estimator)
     assert np.abs(plain / [K, T] - 1.0).max() > 0.1
 
 
-def test_a_smoothers_motion_needs_no_filter(log):
-    (stretch,) = prepare([trial_by(log, None)], "nomoto1").identify
+def test_a_smoothers_motion_needs_no_filter(trial_by):
+    (stretch,) = prepare([trial_by(None)], "nomoto1").identify
     same, sight = by_tuning.as_observed(stretch)
     assert same is stretch
     assert sight is None
 
 
-def test_the_five_state_observer_turns_the_trial(log):
-    chosen, default = trial_by(log, Smoothing("nomoto_eso", 6.0)), trial_by(log, None)
+def test_the_five_state_observer_turns_the_trial(trial_by):
+    chosen, default = trial_by(Smoothing("nomoto_eso", 6.0)), trial_by(None)
     assert bandwidths_of(chosen.history) == {"nomoto": 6.0}
     for name in ("x", "y"):
         np.testing.assert_array_equal(chosen.states[name], default.states[name])
@@ -88,7 +95,7 @@ def test_the_five_state_observer_turns_the_trial(log):
     late = chosen.states["t"] > 5.0
     error = (chosen.states["r"] - default.states["r"])[late]
     assert np.std(error) < 0.1 * np.std(default.states["r"])
-    own = trial_by(log, Smoothing("nomoto_eso"))
+    own = trial_by(Smoothing("nomoto_eso"))
     assert np.sqrt(np.mean((error / chosen.states["sigma_r"][late]) ** 2)) < 2.0
     assert bandwidths_of(own.history)["nomoto"] > 1.0
 
