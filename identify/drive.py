@@ -83,7 +83,7 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     factor = _loading(structure, values, stretch.name)
     coefficients = factor * _coefficients(structure, p, values)
     return Drive(
-        mean, slope, fine, coefficients, stretch.wind + air, current, _sensor(structure, values), factor
+        mean, slope, fine, coefficients, stretch.wind + air, current, sensor_of(structure, p, values), factor
     )
 
 
@@ -179,7 +179,12 @@ def _loading(structure: Structure, values: list[dict[str, float]], log: str) -> 
     return factor
 
 
-def _sensor(structure: Structure, values: list[dict[str, float]]) -> FloatArray:
+def sensor_of(
+    structure: Structure, p: FloatArray, values: list[dict[str, float]] | None = None
+) -> FloatArray:
+    """Parameters of the sensors (9,): what effects on sensors and clocks make of them."""
+    if values is None:
+        values = [structure.values(p, e) for e in range(len(structure.actives))]
     vessel = structure.vessel
     out = np.zeros(NM)
     out[2] = 1.0

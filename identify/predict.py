@@ -9,6 +9,7 @@ from identify.drive import Drive, drive
 from identify.regression import over_ground, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.true_motion import antenna_shift, gyro_shown, heading_clock
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -16,29 +17,19 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
     """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r over ground."""
     x, y, psi, u, v, r = stretch.states[step]
-    bias = d.sensor[0] - r * _heading_clock(structure, d)
+    bias = d.sensor[0] - r * heading_clock(structure, d.sensor)
     c, s = np.cos(bias), np.sin(bias)
     psi, u, v = psi - bias, u * c - v * s, u * s + v * c
-    scale, offset = _gyro_shown(structure, d, stretch)
+    scale, offset = gyro_shown(structure, d.sensor, stretch)
     r = (r - offset) / scale
     u += r * (d.sensor[4] - structure.vessel.antenna[1])
     v -= r * (d.sensor[3] - structure.vessel.antenna[0])
-    dx, dy = _antenna_shift(structure, d, np.array([psi]), np.array([psi + bias]))
+    dx, dy = antenna_shift(structure, d.sensor, np.array([psi]), np.array([psi + bias]))
     state = np.zeros((1, 6))
     state[0] = x - dx[0], y - dy[0], psi, u, v, r
     out = np.zeros(kernel.NX)
     out[:6] = through_water(state, d.current)[0]
     return out
-
-
-def _antenna_shift(
-    structure: Structure, d: Drive, psi: FloatArray, psi_shown: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """How far the origin seems from where it is: true arm at the true heading, declared arm at the shown one."""
-    ax, ay = d.sensor[3], d.sensor[4]
-    bx, by = structure.vessel.antenna
-    c, s, cb, sb = np.cos(psi), np.sin(psi), np.cos(psi_shown), np.sin(psi_shown)
-    return c * ax - s * ay - (cb * bx - sb * by), s * ax + c * ay - (sb * bx + cb * by)
 
 
 def run(
@@ -74,35 +65,18 @@ def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) 
     """
     out = over_ground(states[:, :6], d.current)
     psi, bias = states[:, 2], d.sensor[0]
-    dx, dy = _antenna_shift(structure, d, psi, psi + bias)
+    dx, dy = antenna_shift(structure, d.sensor, psi, psi + bias)
     arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
     u, v = out[:, 3] - out[:, 5] * arm_y, out[:, 4] + out[:, 5] * arm_x
     c, s = np.cos(psi), np.sin(psi)
-    scale, offset = _gyro_shown(structure, d, stretch)
+    scale, offset = gyro_shown(structure, d.sensor, stretch)
     rate = scale * out[:, 5] + offset
     ground = np.column_stack([out[:, 0] + dx, out[:, 1] + dy, psi + bias, c * u - s * v, s * u + c * v, rate])
-    late = _late(ground, stretch.h, d.sensor, _heading_clock(structure, d))
+    late = _late(ground, stretch.h, d.sensor, heading_clock(structure, d.sensor))
     c, s = np.cos(late[:, 2]), np.sin(late[:, 2])
     north, east = late[:, 3].copy(), late[:, 4].copy()
     late[:, 3], late[:, 4] = c * north + s * east, c * east - s * north
     return late
-
-
-def _gyro_shown(structure: Structure, d: Drive, stretch: Stretch) -> tuple[float, float]:
-    """Scale and bias of the gyro as far as they show in the smoothed yaw rate: not where that followed a compass."""
-    if "yaw_rate" not in structure.setting.streams:
-        return 1.0, 0.0
-    size = float(np.std(stretch.states[:, 5]))
-    fault = np.array([(d.sensor[2] - 1.0) * size, d.sensor[1]])
-    slope, offset = stretch.gyro_line
-    followed = np.array([(slope - 1.0) * size, offset]) @ fault / max(float(fault @ fault), 1e-18)
-    share = float(np.clip(1.0 - followed, 0.0, 1.0))
-    return 1.0 + share * (d.sensor[2] - 1.0), share * d.sensor[1]
-
-
-def _heading_clock(structure: Structure, d: Drive) -> float:
-    """By how much the heading that is shown is late, s."""
-    return 0.0 if "yaw_rate" in structure.setting.streams else float(d.sensor[6])
 
 
 def _late(out: FloatArray, h: float, sensor: FloatArray, heading: float) -> FloatArray:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from identify.drive import drive
+from identify.drive import drive, sensor_of
 from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.stretch import Stretch
 from identify.structure import Slot, Structure
 from identify.term import FACTORS, factors_of
+from identify.true_motion import true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -64,10 +65,14 @@ def regressors(
     stretch: Stretch,
     seen: Callable[[FloatArray], FloatArray] | None = None,
 ) -> FloatArray:
-    """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them."""
+    """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them.
+
+    The motion is the one behind what the sensors show.
+    """
     d = drive(structure, p, stretch)
+    states = true_states(structure, d.sensor, stretch)
     acting = d.channels if seen is None else seen(d.channels)
-    middle = 0.5 * (stretch.states[1:] + stretch.states[:-1])
+    middle = 0.5 * (states[1:] + states[:-1])
     middle_water = through_water(middle, d.current)
     values = factor_values(middle_water, d.wind, d.current, structure.u0)
     values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
@@ -78,9 +83,12 @@ def regressors(
     return out
 
 
-def accelerations(stretch: Stretch, window: int = 5) -> FloatArray:
-    """Rates (n, 3) of u, v, r at the middle of each step, over ``window`` steps either way (a least-squares slope)."""
-    x = stretch.states[:, 3:6]
+def accelerations(stretch: Stretch, window: int = 5, states: FloatArray | None = None) -> FloatArray:
+    """Rates (n, 3) of u, v, r at the middle of each step, over ``window`` steps either way (a least-squares slope).
+
+    They are those of the smoothed states, or of ``states`` (n + 1, 6) in their place.
+    """
+    x = (stretch.states if states is None else states)[:, 3:6]
     m = min(window, max(1, len(x) // 4))
     k = np.arange(-m, m + 1)
     weights = k / (stretch.h * np.sum(k * k))
@@ -88,6 +96,11 @@ def accelerations(stretch: Stretch, window: int = 5) -> FloatArray:
         [np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in x.T]
     )
     return np.asarray(0.5 * (slope[1:] + slope[:-1]), dtype=float)
+
+
+def true_accelerations(structure: Structure, p: FloatArray, stretch: Stretch, window: int = 5) -> FloatArray:
+    """Rates (n, 3) of u, v, r of the motion behind what the sensors show."""
+    return accelerations(stretch, window, true_states(structure, sensor_of(structure, p), stretch))
 
 
 def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
@@ -106,7 +119,7 @@ def start_by_regression(
 ) -> FloatArray:
     """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``."""
     design = np.vstack([regressors(structure, p, s) for s in stretches])
-    target = np.vstack([accelerations(s) for s in stretches])
+    target = np.vstack([true_accelerations(structure, p, s) for s in stretches])
     return solve_regression(structure, p, design, target, ridge)
 
 

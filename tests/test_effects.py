@@ -21,6 +21,7 @@ from identify.predict import free_run, run, shown, true_first_state
 from identify.report_fit import fitted_effect
 from identify.stretch import SUBSTEPS, sampled
 from identify.structure import null_parameters
+from identify.true_motion import true_states
 from preprocess.trial import Measurement
 
 FINE = STEP / SUBSTEPS
@@ -376,6 +377,28 @@ def test_the_first_true_state_is_what_would_be_shown():
         start = true_first_state(structure, d, ready)
         assert shown(structure, d, ready, run(structure, d, ready, start))[0] == pytest.approx(seen)
         assert free_run(structure, p, ready)[0] == pytest.approx(seen)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "options"),
+    [
+        ("heading_bias", {"bias": 0.3}, {}),
+        ("antenna_offset", {"x": 0.7, "y": -0.4}, {}),
+        ("clock_offset", {"offset": 0.35}, {"stream": "position"}),
+        ("clock_offset", {"offset": -0.2}, {"stream": "yaw_rate"}),
+    ],
+)
+def test_the_true_motion_is_what_the_sensors_would_show(name, values, options):
+    structure, p, _, _ = with_effect(name, values, Variant(options=options))
+    stretch = stretch_of(MOTORS)
+    d = drive(structure, p, stretch)
+    motion = run(structure, d, stretch, FIRST)
+    seen = shown(structure, d, replace(stretch, states=motion[:, :6]), motion)
+    found = true_states(structure, d.sensor, replace(stretch, states=seen))
+    inside = slice(10, -10)  # what is late at the ends was not shown
+    shift, left = (np.abs(x - motion[:, :6])[inside].max() for x in (seen, found))
+    assert shift > 1e-3
+    assert left < 0.1 * shift
 
 
 def test_an_input_that_holds_is_averaged_exactly_and_one_that_varies_is_a_line():

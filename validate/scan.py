@@ -1,4 +1,4 @@
-"""Values of an effect between log and hull, looked at one by one through the accelerations.
+"""Values of an effect between a log and the motion, looked at one by one through the accelerations.
 
 The prediction error has narrow valleys where an actuator does something else than its log: all coefficients must
 follow. A regression of the accelerations finds them at once for each value, so that a whole range can be looked at.
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.effect import Active, Parameter
-from identify.regression import accelerations, predicted, regressors, start_by_regression
+from identify.regression import predicted, regressors, start_by_regression, true_accelerations
 from identify.stretch import Stretch
 from identify.structure import Structure
 
@@ -19,6 +19,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: The range looked at reaches from the least start divided by this to the largest times this, in so many steps.
 BEYOND, STEPS = 3.0, 16
+#: ... and for a sensor or a clock, which may be far off, to its typical size times this.
+FAR_BEYOND = 30.0
 #: Accelerations are slopes over this time either way, s.
 SLOPE = 1.0
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
@@ -47,11 +49,11 @@ def gain_and_value(
     active = structure.actives[which]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == which]
     parameter = structure.slots[mine[0]].parameter if len(mine) == 1 else None
-    if parameter is None or not between_log_and_hull(active) or not _looked_at(parameter):
+    if parameter is None or not len(values := _range_of(active, parameter)):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     found = []
-    for value in (parameter.null, *_values(_looked_at(parameter))):
+    for value in (parameter.null, *values):
         q = others.copy()
         q[mine[0]] = np.clip(value, *parameter.bounds)
         found.append((_misfit(structure, q, stretches), q))
@@ -64,18 +66,24 @@ def between_log_and_hull(active: Active) -> bool:
     return bool(active.effect.actuator or active.effect.input_delay or active.effect.gain)
 
 
-def _looked_at(parameter: Parameter) -> tuple[float, ...]:
-    """Values that a range is laid around: the starts, or the typical size to both sides of nothing; empty: none."""
-    if parameter.starts or not parameter.relative or parameter.null != 0.0:
-        return parameter.starts
-    return (-parameter.scale, parameter.scale)
-
-
-def _values(starts: Sequence[float]) -> FloatArray:
-    """A range around the starts, by equal factors; to both signs where the starts have both."""
+def _range_of(active: Active, parameter: Parameter) -> FloatArray:
+    """Values to look at; none where an effect has no place between the motion and a log."""
+    if active.effect.sensor and parameter.null == 0.0:
+        return _both_ways(np.geomspace(parameter.scale / BEYOND, parameter.scale * FAR_BEYOND, STEPS))
+    if not between_log_and_hull(active):
+        return np.zeros(0)
+    starts = parameter.starts
+    if not starts and parameter.relative and parameter.null == 0.0:
+        starts = (-parameter.scale, parameter.scale)
+    if not starts:
+        return np.zeros(0)
     size = np.abs(np.array(starts))
     up = np.geomspace(size.min() / BEYOND, size.max() * BEYOND, STEPS)
-    return np.concatenate([-up, up]) if min(starts) < 0 < max(starts) else up
+    return _both_ways(up) if min(starts) < 0 < max(starts) else up
+
+
+def _both_ways(up: FloatArray) -> FloatArray:
+    return np.concatenate([-up, up])
 
 
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
@@ -83,7 +91,7 @@ def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -
     q = start_by_regression(structure, p, tuple(stretches))
     errors, scales = [], []
     for s in stretches:
-        target = accelerations(s, max(1, round(SLOPE / s.h)))
+        target = true_accelerations(structure, q, s, max(1, round(SLOPE / s.h)))
         errors.append(target - predicted(structure, q, regressors(structure, q, s)))
         scales.append(target)
     square = np.mean(np.vstack(errors) ** 2, axis=0) / (np.var(np.vstack(scales), axis=0) + 1e-12)
