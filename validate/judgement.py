@@ -25,6 +25,8 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
+#: By this share free-running errors over whole logs may grow by chance when parameters move within their uncertainty.
+BY_CHANCE = 0.25
 #: Off the noise, so many of the best candidates are fitted again from the beginning.
 AGAIN = 3
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
@@ -201,7 +203,7 @@ def worthwhile(base: Fitted, fit: Fitted) -> bool:
         return False
     before, after = free_running_misfit(base), free_running_misfit(fit)
     return after < (1.0 - WORTH) ** 2 * before or (
-        after < (1.0 + WORTH) * before + 0.01 and whitened(base, fit)
+        after < (1.0 + BY_CHANCE) * before + 0.01 and whitened(base, fit)
     )
 
 
