@@ -10,8 +10,8 @@ from fixtures.effects import Effect
 from identify.base_fit import Fitted, fit_from_scratch
 from identify.prepare import prepare
 from validate.candidates import candidates
+from validate.exchange import better_rival
 from validate.look_alikes import standing
-from validate.loop import better_rival
 
 
 @cache

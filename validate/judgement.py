@@ -12,6 +12,7 @@ from identify import kernel
 from identify.base_fit import FAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
+from identify.structure import Structure
 from identify.windows import Problem, first_states
 from validate.candidates import Screened
 from validate.pace import Pace
@@ -74,6 +75,11 @@ def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
     return replace(fitted, problem=problem, solution=solution)
 
 
+def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
+    """The effects' parameters of ``p``, all coefficients zero."""
+    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+
+
 def added_parameters(without: Fitted, with_it: Fitted) -> int:
     """Number of parameters that an effect adds."""
     return max(1, len(with_it.solution.p) - len(without.solution.p))
@@ -115,7 +121,7 @@ def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:
     structure, best = fitted.solution.structure, fitted
     for _ in range(rounds):
         pace(f"anew: {structure.actives[-1].label}")
-        p = np.where([s.coefficient < 0 for s in structure.slots], best.solution.p, 0.0)
+        p = effects_alone(structure, best.solution.p)
         scratch = fit_from_scratch(
             structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=0
         )

@@ -12,10 +12,10 @@ from identify.drive import drive
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
-from identify.structure import Structure
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
-from validate.judgement import INDISTINCT, Judged, judge, least_gain, under, worthwhile
+from validate.exchange import as_good_as_declared, better_rival
+from validate.judgement import INDISTINCT, Judged, effects_alone, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
@@ -87,6 +87,8 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         if fine.chi2_per_dof < HOPELESSLY_FAR:
             fine = _rounds(refined(fine), turns, pace)
     fine = _pruned(fine, pace)
+    if wiring and (plain := as_good_as_declared(fine)):
+        fine, wiring = _pruned(plain, pace), None
     standing = _standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
         rival = better_rival(fine, standing)
@@ -96,21 +98,6 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         fine = _pruned(_rounds(_pruned(settled(rival), pace), turns, pace), pace)
         standing = _standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
-
-
-def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
-    """Of the rivals of all effects the one that the measurements clearly prefer to what was taken; None without one.
-
-    What was taken first was taken without what came later, which may be what makes its rival the better.
-    """
-    problem, cost = fitted.problem, dispersed_cost(fitted.problem, fitted.solution)
-    better = {
-        dispersed_cost(problem, r.solution) + 2.0 * (len(r.solution.p) - len(fitted.solution.p)): r
-        for s in standing
-        for r in s.rivals
-    }
-    least = min(better, default=np.inf)
-    return better[least] if least < cost - INDISTINCT else None
 
 
 def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
@@ -137,7 +124,7 @@ def refined(fitted: Fitted) -> Fitted:
     current = drive(structure, p, problem.stretches[0]).current
     solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
     if not np.isfinite(solution.cost):
-        return fit_from_scratch(structure, fitted.problem.stretches, _effects_alone(structure, p))
+        return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
     for _ in range(2):
         problem = recalibrated(problem, solution)
         tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
@@ -146,11 +133,6 @@ def refined(fitted: Fitted) -> Fitted:
             budget=20, tolerance=tolerance,
         )  # fmt: skip
     return Fitted(problem, fitted.prior, solution)
-
-
-def _effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
-    """The effects' parameters of ``p``, all coefficients zero."""
-    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
 
 
 def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
@@ -210,7 +192,7 @@ def settled(fitted: Fitted) -> Fitted:
     """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
     structure = fitted.solution.structure
     here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
-    p = _effects_alone(structure, here.solution.p)
+    p = effects_alone(structure, here.solution.p)
     rounds = 0 if here.chi2_per_dof < NEAR else 2
     anew = fit_from_scratch(
         structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
@@ -265,7 +247,7 @@ def _begun_anew(fitted: Fitted, index: int) -> Fitted:
     for k in range(len(structure.actives)):
         wanted = best_value(structure, stretches, p, k)
         p = p if wanted is None else wanted
-    found = fit_from_scratch(structure, stretches, _effects_alone(structure, p), length=fitted.problem.length)
+    found = fit_from_scratch(structure, stretches, effects_alone(structure, p), length=fitted.problem.length)
     return under(fitted.problem, found, 20)
 
 

@@ -1,0 +1,42 @@
+"""What was taken looked at again once others are in: rivals that are better, and the inputs as they were declared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.base_fit import FAR, Fitted, fit_from_scratch
+from identify.noise import dispersed_cost
+from validate.judgement import INDISTINCT, effects_alone, under
+from validate.look_alikes import Standing
+
+
+def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
+    """Of the rivals of all effects the one that the measurements clearly prefer to what was taken; None without one.
+
+    What was taken first was taken without what came later, which may be what makes its rival the better.
+    """
+    problem, cost = fitted.problem, dispersed_cost(fitted.problem, fitted.solution)
+    better = {
+        dispersed_cost(problem, r.solution) + 2.0 * (len(r.solution.p) - len(fitted.solution.p)): r
+        for s in standing
+        for r in s.rivals
+    }
+    least = min(better, default=np.inf)
+    return better[least] if least < cost - INDISTINCT else None
+
+
+def as_good_as_declared(fitted: Fitted) -> Fitted | None:
+    """The fit with the inputs as declared, if it is as near once all that was missing is in; None else.
+
+    A push that was missing when the wirings were compared may have looked like a propeller's.
+    """
+    if fitted.chi2_per_dof > FAR:
+        return None
+    structure = fitted.solution.structure
+    declared = structure.without(next(k for k, a in enumerate(structure.actives) if a.effect.rewire))
+    p = effects_alone(declared, declared.carried(fitted.solution.p, structure))
+    stretches, length = fitted.problem.stretches, fitted.problem.length
+    found = under(fitted.problem, fit_from_scratch(declared, stretches, p, length=length, rounds=0), 20)
+    return found if found.solution.total < fitted.solution.total + INDISTINCT else None
