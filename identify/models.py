@@ -28,6 +28,8 @@ class Model:
         Thrust and rudder force come from the flow behind the hull, with parameters of its own (``identify.flow``).
     predicts : tuple of str
         States that it can predict.
+    cannot : str
+        A sentence on what no data can tell of it, said with every fit.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Model:
     discrete: bool = False
     flow: bool = False
     predicts: tuple[str, ...] = ("x", "y", "psi", "u", "v", "r")
+    cannot: str = ""
 
 
 def _split(text: str) -> tuple[str, ...]:
@@ -58,6 +61,9 @@ _TAYLOR = _split("ur, uv, v, r, δ, uδ, v³/U, v²r/U, vr²/U, r³/U, δ³, vδ
 _RICH = _split("ur, uv, v, r, δ, uδ, |v|v, |v|r, |r|v, |r|r, v³/U, v²r/U, vr²/U, r³/U, δ³, vδ², rδ², v²δ, r²δ, vrδ, "
                "|v|δ, |r|δ, |δ|v, |δ|r, 1")  # fmt: skip
 
+#: The expansion of Xie et al. (2020) with U held at its value before the manoeuvre.
+_AT_CONSTANT_SPEED = _split("1, Δu, Δu², v, r, δ, v³, δ³, v²r, v²δ, vδ², δΔu, vΔu, rΔu, δΔu²")
+
 _MMG = _split("vU, rU, v³/U, v²r/U, vr²/U, r³/U, F_Ncosδ")
 
 MODELS: tuple[Model, ...] = (
@@ -72,6 +78,10 @@ MODELS: tuple[Model, ...] = (
           _split("v, U², ΔuU, Δu², vU, rU, δU², v³/U, δ³U², v²r/U, v²δ, vδ²U, δΔuU, vΔu, rΔu, δΔu²"),
           _split("r, U², ΔuU, Δu², vU, rU, δU², v³/U, δ³U², v²r/U, v²δ, vδ²U, δΔuU, vΔu, rΔu, δΔu²"),
           "Xie et al. 2020, eqs. 5-6"),
+    Model("abkowitz_perturbation", _split("Δu, Δu², Δu³, v², r², δ², δ²Δu, vr, vδ, rδ"),
+          _AT_CONSTANT_SPEED, _AT_CONSTANT_SPEED, "Abkowitz 1964; Xie et al. 2020, eqs. 5-6 with constant U",
+          cannot="with a constant U, of Δu and ΔuU (surge), v and vU (sway), r and rU (yaw) the sum alone can be "
+          "identified, and it holds near that speed only."),
     Model("cybership2", _CS2_SURGE, _CS2, _CS2, "Zhao and Li 2021, eqs. 1-9; Skjetne et al. 2004"),
     Model("zhao2021", _CS2_SURGE, _CS2, _CS2, "Zhao and Li 2021, eqs. 13-15", discrete=True),
     Model("modulus", _split("u, u|u|, vr, r², T"), _split("v, v|v|, r, ur, F_y"), _split("r, r|r|, v, uv, N_F"),

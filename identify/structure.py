@@ -247,6 +247,7 @@ def structure_for(
         )
     model = model_for(model_name, vessel, inputs)
     terms, notes = terms_for(model, vessel, inputs)
+    notes = (*notes, f"{model.name}: {model.cannot}") if model.cannot else notes
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)
     return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 MODELS = (
-    "nomoto1", "nomoto2", "nomoto_nonlinear", "zhu2019", "blanke", "abkowitz", "cybership2", "zhao2021",
-    "modulus", "linear", "taylor3", "taylor_modulus", "mmg", "auto",
+    "nomoto1", "nomoto2", "nomoto_nonlinear", "zhu2019", "blanke", "abkowitz", "abkowitz_perturbation",
+    "cybership2", "zhao2021", "modulus", "linear", "taylor3", "taylor_modulus", "mmg", "auto",
 )  # fmt: skip
 ESTIMATORS = (
     "ls", "ridge", "weak_form", "lssvm", "eso_lssvm", "wls_svr", "rw_lssvr", "recursive_ls", "output_error",

@@ -16,6 +16,7 @@ from identify.choose_model import CONSIDERED, Considered, choose_model, missing_
 from identify.forces import channel_names, channels
 from identify.models import MODEL_BY_NAME, MODELS, terms_for
 from identify.regression import factor_values
+from identify.structure import structure_for
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of, unit_of
 from preprocess.vessel import Input, Vessel
 
@@ -125,6 +126,30 @@ def test_a_regressor_is_the_product_that_a_person_reads(u, v, r, delta, n):
     for text, value in expected.items():
         product = np.prod([values[f] for f in factors_of(text)])
         assert product == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("axis", ["surge", "sway", "yaw"])
+def test_at_one_speed_the_perturbation_is_all_that_abkowitz_tells(axis):
+    rng = np.random.default_rng(3)
+    states = np.zeros((400, 6))
+    states[:, 3:] = rng.uniform([0.5, -0.5, -0.3], [1.5, 0.5, 0.3], (400, 3))
+    values = factor_values(states, np.zeros((400, 2)), np.zeros(2), 1.1) | {"δ": rng.uniform(-0.6, 0.6, 400)}
+    values |= {"U": np.full(400, 1.1), "/U": np.full(400, 1 / 1.1)}
+    whole, about = (
+        np.column_stack([np.prod([values[f] for f in factors_of(t)], axis=0) for t in getattr(_of(m), axis)])
+        for m in ("abkowitz", "abkowitz_perturbation")
+    )
+    rank = about.shape[1]
+    assert np.linalg.matrix_rank(about) == np.linalg.matrix_rank(whole) == rank
+    assert np.linalg.matrix_rank(np.hstack([whole, about])) == rank
+    assert whole.shape[1] == rank + 1
+
+
+def test_the_perturbation_says_what_it_cannot_tell():
+    _, notes = structure_for(
+        "abkowitz_perturbation", BOAT, (RUDDER, PROPELLER), logs=("a",), streams=("position",)
+    )
+    assert any("the sum alone" in n for n in notes)
 
 
 def test_a_term_without_its_input_is_left_out_and_said():
