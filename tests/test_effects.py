@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
 from scipy.signal import lfilter
 from test_kernel import FIRST, STEP, STEPS, parameters_of, stretch_of
@@ -17,12 +15,10 @@ from identify.actuator_dynamics import deadband_neutral, first_order, play, rate
 from identify.drive import actuators_of, drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
-from identify.predict import free_run, run, shown, true_first_state
+from identify.predict import run, shown
 from identify.report_fit import fitted_effect
-from identify.stretch import SUBSTEPS, sampled
+from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters
-from identify.true_motion import true_states
-from preprocess.trial import Measurement
 
 FINE = STEP / SUBSTEPS
 #: The contract's table: name, and the names of what is reported.
@@ -360,72 +356,6 @@ def test_loading_acts_in_its_logs_alone(name, values, roles):
     changed = drive(structure, p, replace(stretch, name="b")).coefficients
     for term, a, b in zip(structure.table.terms, changed, same, strict=True):
         assert a == pytest.approx(roles[term.role] * b)
-
-
-def test_the_first_true_state_is_what_would_be_shown():
-    cases = {
-        "heading_bias": {"bias": 0.1},
-        "current": {"north": 0.3, "east": 0.1},
-        "gyro_bias": {"bias": 0.01, "scale": 1.1},
-    }
-    for name, values in cases.items():
-        structure, p, _, _ = with_effect(name, values)
-        stretch = stretch_of(MOTORS)
-        seen = np.array([2.0, -1.0, 0.5, 0.9, 0.05, 0.1])
-        d = drive(structure, p, stretch)
-        ready = replace(stretch, states=np.tile(seen, (STEPS + 1, 1)))
-        start = true_first_state(structure, d, ready)
-        assert shown(structure, d, ready, run(structure, d, ready, start))[0] == pytest.approx(seen)
-        assert free_run(structure, p, ready)[0] == pytest.approx(seen)
-
-
-@pytest.mark.parametrize(
-    ("name", "values", "options"),
-    [
-        ("heading_bias", {"bias": 0.3}, {}),
-        ("antenna_offset", {"x": 0.7, "y": -0.4}, {}),
-        ("clock_offset", {"offset": 0.35}, {"stream": "position"}),
-        ("clock_offset", {"offset": -0.2}, {"stream": "yaw_rate"}),
-    ],
-)
-def test_the_true_motion_is_what_the_sensors_would_show(name, values, options):
-    structure, p, _, _ = with_effect(name, values, Variant(options=options))
-    stretch = stretch_of(MOTORS)
-    d = drive(structure, p, stretch)
-    motion = run(structure, d, stretch, FIRST)
-    seen = shown(structure, d, replace(stretch, states=motion[:, :6]), motion)
-    found = true_states(structure, d.sensor, replace(stretch, states=seen))
-    inside = slice(10, -10)  # what is late at the ends was not shown
-    shift, left = (np.abs(x - motion[:, :6])[inside].max() for x in (seen, found))
-    assert shift > 1e-3
-    assert left < 0.1 * shift
-
-
-def test_an_input_that_holds_is_averaged_exactly_and_one_that_varies_is_a_line():
-    t = np.array([0.0, 1.0, 2.0])
-    held = Measurement("a", t, np.array([0.0, 2.0, 1.0]), 0.0, np.ones(3, bool), sample_time=1.0, held=True)
-    mean, more = sampled(held, 0.5, 1.0, 3)
-    assert mean == pytest.approx([1.0, 1.5, 1.0])
-    assert more == pytest.approx([2.0 - 1.0, 2.5 - 1.5**2, 0.0])
-    line = replace(held, held=False)
-    assert sampled(line, 0.4, 0.2, 1)[0] == pytest.approx([1.0])
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.floats(-3.0, 8.0))
-def test_means_of_an_input_that_holds_are_its_integral_whatever_its_times(seed, samples, begin):
-    rng = np.random.default_rng(seed)
-    t, value = np.sort(rng.uniform(0.0, 5.0, samples)), rng.normal(size=samples)
-    held = Measurement("a", t, value, 0.0, np.ones(samples, bool), sample_time=1.0, held=True)
-    mean, more = sampled(held, begin, 0.07, 80)
-    edges = begin + 0.07 * np.arange(81)
-    corners = np.unique(np.concatenate([edges, t]))
-    at = value[np.maximum(np.searchsorted(t, 0.5 * (corners[1:] + corners[:-1])) - 1, 0)]
-    whole = [
-        np.diff(np.interp(edges, corners, np.concatenate([[0.0], np.cumsum(v * np.diff(corners))])))
-        for v in (at, at * np.abs(at))
-    ]
-    assert mean * 0.07 == pytest.approx(whole[0], abs=1e-9)
-    assert (more + mean * np.abs(mean)) * 0.07 == pytest.approx(whole[1], abs=1e-9)
 
 
 @pytest.mark.parametrize("begin", [-1.0, 0.5])

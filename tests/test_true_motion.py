@@ -1,0 +1,55 @@
+"""What sensors would show of a motion, and the motion behind what they show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_samples import MOTORS
+from test_effects import with_effect
+from test_kernel import FIRST, STEPS, stretch_of
+
+from identify.drive import drive
+from identify.effect import Variant
+from identify.predict import free_run, run, shown, true_first_state
+from identify.true_motion import true_states
+
+
+def test_the_first_true_state_is_what_would_be_shown():
+    cases = {
+        "heading_bias": {"bias": 0.1},
+        "current": {"north": 0.3, "east": 0.1},
+        "gyro_bias": {"bias": 0.01, "scale": 1.1},
+    }
+    for name, values in cases.items():
+        structure, p, _, _ = with_effect(name, values)
+        stretch = stretch_of(MOTORS)
+        seen = np.array([2.0, -1.0, 0.5, 0.9, 0.05, 0.1])
+        d = drive(structure, p, stretch)
+        ready = replace(stretch, states=np.tile(seen, (STEPS + 1, 1)))
+        start = true_first_state(structure, d, ready)
+        assert shown(structure, d, ready, run(structure, d, ready, start))[0] == pytest.approx(seen)
+        assert free_run(structure, p, ready)[0] == pytest.approx(seen)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "options"),
+    [
+        ("heading_bias", {"bias": 0.3}, {}),
+        ("antenna_offset", {"x": 0.7, "y": -0.4}, {}),
+        ("clock_offset", {"offset": 0.35}, {"stream": "position"}),
+        ("clock_offset", {"offset": -0.2}, {"stream": "yaw_rate"}),
+    ],
+)
+def test_the_true_motion_is_what_the_sensors_would_show(name, values, options):
+    structure, p, _, _ = with_effect(name, values, Variant(options=options))
+    stretch = stretch_of(MOTORS)
+    d = drive(structure, p, stretch)
+    motion = run(structure, d, stretch, FIRST)
+    seen = shown(structure, d, replace(stretch, states=motion[:, :6]), motion)
+    found = true_states(structure, d.sensor, replace(stretch, states=seen))
+    inside = slice(10, -10)  # what is late at the ends was not shown
+    shift, left = (np.abs(x - motion[:, :6])[inside].max() for x in (seen, found))
+    assert shift > 1e-3
+    assert left < 0.1 * shift
