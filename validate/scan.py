@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.effect import Active, Parameter
-from identify.regression import predicted, regressors, start_by_regression, true_accelerations
+from identify.regression import predicted, regressors, solve_regression, true_accelerations
 from identify.stretch import Stretch
 from identify.structure import Structure
 
@@ -88,11 +88,10 @@ def _both_ways(up: FloatArray) -> FloatArray:
 
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
-    q = start_by_regression(structure, p, tuple(stretches))
-    errors, scales = [], []
-    for s in stretches:
-        target = true_accelerations(structure, q, s, max(1, round(SLOPE / s.h)))
-        errors.append(target - predicted(structure, q, regressors(structure, q, s)))
-        scales.append(target)
+    designs = [regressors(structure, p, s) for s in stretches]
+    rates = [true_accelerations(structure, p, s) for s in stretches]
+    q = solve_regression(structure, p, np.vstack(designs), np.vstack(rates))
+    scales = [true_accelerations(structure, p, s, max(1, round(SLOPE / s.h))) for s in stretches]
+    errors = [t - predicted(structure, q, d) for t, d in zip(scales, designs, strict=True)]
     square = np.mean(np.vstack(errors) ** 2, axis=0) / (np.var(np.vstack(scales), axis=0) + 1e-12)
     return float(np.sum(np.log(square + 1e-6)))
