@@ -323,6 +323,19 @@ def _written(path: Path, raw: bytes) -> Path:
     return path
 
 
+@pytest.mark.parametrize("kind", [0, 8, 14, 15, 49, 255])
+def test_matlab_numbers_of_a_type_that_is_none_cost_their_variable_alone(tmp_path, kind):
+    with io.BytesIO() as file:
+        savemat(file, vectors(), do_compression=False)
+        raw = bytearray(file.getvalue())
+    first = raw.index(b"\x09\x00\x00\x00", 128)
+    second = raw.index(b"\x09\x00\x00\x00", first + 400)
+    raw[second] = kind  # the type of a variable's numbers: scipy reads beyond memory
+    log = read_log(_written(tmp_path / "run.mat", bytes(raw)), format="matlab")
+    assert [f.kind for f in log.findings].count("damaged") == 1
+    assert len(log.tables[""].columns) >= 1
+
+
 @given(st.integers(0, 3000), st.binary(min_size=1, max_size=8))
 @settings(max_examples=80, deadline=None)
 def test_matlab_damage_raises_nothing_but_value_error(at, junk):

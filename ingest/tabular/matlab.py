@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ingest.log import Finding
 from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.tabular.delimited import timed
+from ingest.tabular.matlab_tags import sound
 from ingest.tabular.timeline import clock_of
 
 Arrays = dict[str, NDArray[Any]]
@@ -101,6 +102,8 @@ def _load(raw: bytes, findings: list[Finding], offset: int) -> Arrays:
         MemoryError,
               ArithmeticError, NameError, zlib.error, struct.error, MatReadError, SystemError)  # fmt: skip
     try:
+        if not sound(raw, "<" if raw[126:128] == b"IM" else ">", HEADER):
+            raise ValueError
         with warnings.catch_warnings(action="ignore"):
             content = loadmat(cast(Any, io.BytesIO(raw)), struct_as_record=True, squeeze_me=True)
     except errors as error:
