@@ -12,7 +12,8 @@ import numpy as np
 from benchmarks.online_streams import SUITE, recorded, sailed, vessel_for, written
 from fixtures.effects import World
 from fixtures.sensors import Suite
-from identify.base_fit import fit_from_scratch, prepare_best
+from identify.base_fit import fit_from_scratch
+from identify.held_inputs import prepare_best
 from identify.report_fit import covariance_of
 from ingest import read_log
 from ingest.log import Log

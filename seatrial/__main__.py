@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from seatrial.cli.app import make_app
 from seatrial.cli.reporting import Reporting, prepare_streams
+from seatrial.compiled_code import forget_stale_code
 from seatrial.stages import foreign_stage
 
 
@@ -24,6 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         culprit = foreign_stage()
         if culprit:
             raise SystemExit(f"Error: {culprit}")
+        forget_stale_code()
         make_app()([word for word in words if word != "--debug"], prog_name="seatrial")
 
 

@@ -18,6 +18,7 @@ from identify.prepare import Prepared, prepare
 from ingest.errors import DataError, SeatrialError, UsageError
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
+from seatrial.blas import one_blas_thread
 from seatrial.parallel import map_tasks
 from seatrial.pipeline import read_logs, runs_of
 from seatrial.progress import Progress, silent
@@ -93,6 +94,7 @@ def left_aside(trials: Sequence[Trial]) -> Iterator[dict[str, object]]:
             yield {"model": name, "estimator": "", "optimiser": "", "note": f"not compared: {note}"}
 
 
+@one_blas_thread()
 def compare(
     campaign: Campaign,
     models: Sequence[str] = (),
@@ -172,6 +174,7 @@ def _failed(method: Method, error: Exception) -> dict[str, object]:
     }
 
 
+@one_blas_thread()
 def score_method(task: Task) -> dict[str, object]:
     """Fit and score one method.
 

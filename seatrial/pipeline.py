@@ -13,7 +13,9 @@ from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
+from seatrial.blas import one_blas_thread
 from seatrial.campaign import Campaign, LogEntry, with_options
+from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
 from seatrial.results_folder import check_replaceable, in_place
@@ -23,6 +25,7 @@ from validate.diagnosis import Results
 WORTH_PROCESSES = 50_000_000
 
 
+@one_blas_thread()
 def run(
     campaign: Campaign,
     out: str | os.PathLike[str] | None = None,
@@ -67,6 +70,7 @@ def run(
     campaign = with_options(campaign, model, estimator, optimiser)
     if out is not None:
         check_replaceable(Path(out))
+    forget_stale_code()
     watch = Stopwatch(progress)
     logs = read_logs(campaign, workers, watch)
     with watch.during("preprocess"):

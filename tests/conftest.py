@@ -7,9 +7,20 @@ import os
 
 import pytest
 
+# As the program has it (``seatrial.blas``): set before numpy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 pytest.register_assert_rewrite(
     "can_samples", "capture_samples", "doc_pages", "mavlink_peers", "reader_checks", "results_example"
 )
+
+
+def pytest_configure(config):
+    """Old compiled code must not answer for new sources."""
+    if not hasattr(config, "workerinput"):
+        from seatrial.compiled_code import forget_stale_code
+
+        forget_stale_code()
 
 
 def pytest_collection_modifyitems(items):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from ingest.errors import MissingSignal, UsageError
+from seatrial.blas import one_blas_thread
 from seatrial.parallel import WorkerLost, all_results, map_tasks
 
 
@@ -51,3 +52,17 @@ def test_a_scheduler_without_dask_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(UsageError, match=r"seatrial\[cluster\]"):
         list(map_tasks(square, [1], scheduler="tcp://127.0.0.1:1"))
+
+
+def test_a_run_takes_one_thread_of_the_matrix_library_and_gives_the_others_back():
+    import scipy.linalg  # noqa: F401
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    def threads():
+        return {x["num_threads"] for x in threadpool_info() if x["user_api"] == "blas"}
+
+    with threadpool_limits(2, "blas"):
+        before = threads()
+        with one_blas_thread():
+            assert threads() == {1}
+        assert threads() == before

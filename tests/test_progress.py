@@ -8,8 +8,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
 
+from seatrial.cli.compiling import told_of_compiling
 from seatrial.cli.stage_lines import StageLines
 from seatrial.demonstration import demo_source
 
@@ -74,3 +76,16 @@ def test_what_is_said_beside_the_bars_is_said_whole(capsys):
         progress("fleet", "", 0.0)
         progress.say(line)
     assert capsys.readouterr().err == line + "\n"
+
+
+def test_compiling_is_told_once_and_loading_is_not():
+    said = []
+    with told_of_compiling(said.append) as listen:
+        listen()
+        listen()
+        assert not said
+        for number in (1, 1.0):
+            numba.njit(lambda x: x + 1)(number)
+    numba.njit(lambda x: x + 2)(1)
+    assert len(said) == 1
+    assert "once" in said[0]

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from seatrial.cli.app import COMMANDS, make_app
+from seatrial.compiled_code import forget_stale_code
 from seatrial.stages import STAGES, foreign_stage
 
 ROOT = Path(__file__).parents[1]
@@ -127,3 +128,18 @@ def test_make_names_the_targets_of_the_readme():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for target in set(re.findall(r"(?:`|^)make (\w+)", readme, re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_compiled_code_is_forgotten_when_any_source_changed(tmp_path):
+    cache = tmp_path / "identify" / "inner" / "__pycache__"
+    cache.mkdir(parents=True)
+    source = tmp_path / "preprocess" / "called.py"
+    source.parent.mkdir()
+    source.write_text("x = 1\n")
+    forget_stale_code(tmp_path)
+    (cache / "caller.nbc").write_bytes(b"old")
+    assert forget_stale_code(tmp_path) == 0
+    assert (cache / "caller.nbc").exists()
+    source.write_text("x = 22\n")
+    assert forget_stale_code(tmp_path) == 1
+    assert not (cache / "caller.nbc").exists()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import ExitStack
 from types import TracebackType
 
 from rich.console import Console
@@ -16,6 +17,8 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+
+from seatrial.cli.compiling import told_of_compiling
 
 NAMES = {
     "ingest": "Reading",
@@ -54,9 +57,11 @@ class StageLines:
         self.tasks: dict[str, TaskID] = {}
         self.stage: str | None = None
         self.began = time.perf_counter()
+        self.until_the_end = ExitStack()
 
     def __enter__(self) -> StageLines:
         self.bars.start()
+        self.listen = self.until_the_end.enter_context(told_of_compiling(self._compiling))
         return self
 
     def __exit__(
@@ -64,10 +69,12 @@ class StageLines:
     ) -> None:
         if error is None:
             self.finish()
+        self.until_the_end.close()
         self.bars.stop()
 
     def __call__(self, stage: str, text: str = "", fraction: float | None = None) -> None:
         """Show how far a stage is; the bar pulses until the stage tells how far it is."""
+        self.listen()
         if stage != self.stage:
             self.finish()
             self.begin(stage)
@@ -79,6 +86,11 @@ class StageLines:
         self.stage, self.began = stage, time.perf_counter()
         if stage not in self.tasks:
             self.tasks[stage] = self.bars.add_task(NAMES.get(stage, stage.capitalize()), total=None, text="")
+
+    def _compiling(self, line: str) -> None:
+        """Short commands keep quiet where there are no bars."""
+        if self.live or self.lines:
+            self.say(line)
 
     def say(self, line: str) -> None:
         """A line above the bars."""
