@@ -14,14 +14,18 @@ import numpy as np
 from numba import njit
 
 from preprocess.chains import Drive, Segments, Stream, assemble, at_levels
-from preprocess.intensity import fitted_intensity
-from preprocess.kalman import Rows, cost
+from preprocess.descent import minimum
+from preprocess.intensity import likeliest
+from preprocess.kalman import Rows
 from preprocess.levels import Levels, thin_out
+from preprocess.likelihood import costs
 from preprocess.trial import FloatArray, Measurement
 
 #: Factors B and times τ (s) that are tried.
 BOOSTS = (30.0, 1e3, 3e4)
 TIMES = (0.15, 0.5, 1.5, 5.0)
+#: Where a refined search may begin about the best of these, as logarithms of B, τ and the intensity times B.
+NEIGHBOURS = np.array([(b, t, q) for b in (-2.0, 0.0, 2.0) for t in (-0.6, 0.0, 0.6) for q in (0.0, 0.7)])
 #: Gain in -2 log likelihood below which the intensity stays even.
 LEAST_GAIN = 10.0
 #: Rows that they are tried on at most.
@@ -85,15 +89,14 @@ def commanded_drive(
         return None
     assembled = assemble(streams, segments, np.empty(0))
     rows, _ = thin_out(at_levels(assembled, levels.sigma), assembled.stream, MOST_ROWS)
-    even = fitted_intensity(rows, levels.q, prior)
-    best = cost(rows, even, prior) - LEAST_GAIN
+    best, even = likeliest(rows, levels.q, prior)
+    best -= LEAST_GAIN
     chosen: tuple[float, float, float] | None = None
     for tau in TIMES:
         for boost in BOOSTS:
             drive = profile(t, jump, boost, tau)
             driven = replace(rows, scale=np.exp(np.interp(rows.t, drive.t, drive.log_scale)))
-            q = fitted_intensity(driven, even / np.sqrt(boost), prior)
-            value = cost(driven, q, prior)
+            value, q = likeliest(driven, even / np.sqrt(boost), prior)
             if value < best:
                 best, chosen = value, (boost, tau, q)
     return None if chosen is None else refined(rows, t, jump, chosen, prior)
@@ -103,17 +106,18 @@ def refined(
     rows: Rows, t: FloatArray, jump: FloatArray, start: tuple[float, float, float], prior: FloatArray
 ) -> Drive:
     """B and τ of the greatest likelihood near a first choice, the intensity (third of them) free beside."""
-    from scipy.optimize import minimize
 
-    def objective(x: FloatArray) -> float:
-        boost, tau, level = np.exp(np.clip(x, -40.0, 40.0))
-        drive = profile(t, jump, float(boost), float(np.clip(tau, 0.02, 60.0)))
-        scale = np.exp(np.interp(rows.t, drive.t, drive.log_scale))
-        return cost(replace(rows, scale=scale), float(level), prior)
+    def drives(x: FloatArray) -> list[Drive]:
+        boost, tau = np.exp(np.clip(x[:, :2], -40.0, 40.0)).T
+        return [profile(t, jump, b, c) for b, c in zip(boost, np.clip(tau, 0.02, 60.0), strict=True)]
 
-    first = np.log(start)
-    simplex = np.vstack([first, first + np.diag([1.5, 0.7, -1.5])])
-    options = {"initial_simplex": simplex, "maxfev": 120, "xatol": 0.02, "fatol": 0.1}
-    best = minimize(objective, first, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
-    boost, tau, _ = np.exp(np.clip(np.asarray(best.x), -40.0, 40.0))
-    return profile(t, jump, float(boost), float(np.clip(tau, 0.02, 60.0)))
+    def objective(x: FloatArray) -> FloatArray:
+        scale = [np.exp(np.interp(rows.t, d.t, d.log_scale)) for d in drives(x)]
+        q = np.exp(np.clip(x[:, 2] - x[:, 0], -40.0, 40.0))
+        return costs(rows, q, prior, scale=np.stack(scale, axis=1))
+
+    boost, tau, q = start
+    # after a change only the product of intensity and B shows
+    about = np.log([boost, tau, q * boost]) + NEIGHBOURS
+    first = about[int(np.argmin(objective(about)))]
+    return drives(minimum(objective, first)[1][None])[0]

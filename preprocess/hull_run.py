@@ -119,16 +119,24 @@ def _sensitivity(s, jacobian, terms, theta, later, speed2, equation, term, out):
 
 
 @njit(cache=True)
+def _keep(x, s, states, slopes, i):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Put a state and its sensitivities at ``i``; element by element compiles in a quarter of the time."""
+    for a in range(6):
+        states[i, a] = x[a]
+        for b in range(s.shape[1]):
+            slopes[i, a, b] = s[a, b]
+
+
+@njit(cache=True)
 def _run(theta, first, current, force, later, step, equation, term, states, slopes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     n, width = force.shape[0], slopes.shape[2]
     count = TERMS + PER_INPUT * force.shape[1]
     terms, slope, jacobian = np.zeros(count), np.zeros((count, 3)), np.zeros((6, 6))
     k, ks = np.zeros((4, 6)), np.zeros((4, 6, width))
-    s, x = np.zeros((6, width)), first.copy()
-    at, moved = x.copy(), s.copy()
+    s, x, at, moved = np.zeros((6, width)), np.zeros(6), np.zeros(6), np.zeros((6, width))
     for j in range(6):
-        s[j, width - 6 + j] = 1.0
-    states[0], slopes[0] = x, s
+        x[j], s[j, width - 6 + j] = first[j], 1.0
+    _keep(x, s, states, slopes, 0)
     share = np.array([0.0, 0.5, 0.5, 1.0])
     for i in range(n):
         for stage in range(4):
@@ -144,7 +152,7 @@ def _run(theta, first, current, force, later, step, equation, term, states, slop
             x[a] += step / 6.0 * (k[0, a] + 2.0 * k[1, a] + 2.0 * k[2, a] + k[3, a])
             for b in range(width):
                 s[a, b] += step / 6.0 * (ks[0, a, b] + 2.0 * ks[1, a, b] + 2.0 * ks[2, a, b] + ks[3, a, b])
-        states[i + 1], slopes[i + 1] = x, s
+        _keep(x, s, states, slopes, i + 1)
 
 
 def sail(

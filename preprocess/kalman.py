@@ -77,7 +77,7 @@ class Smoothed:
 
 
 @njit(cache=True)
-def _restart(m, p, i, t, order, value, variance, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def restart(m, p, i, t, order, value, variance, prior):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Begin a stretch at its first position and rate, sure of them to 100 standard deviations.
 
     A wider prior would be no more ignorant, but the smoother would subtract large numbers from large numbers.
@@ -109,7 +109,7 @@ def _cost(t, order, value, variance, fresh, scale, q, prior):  # type: ignore[no
     squares, logs, product = 0.0, 0.0, 1.0
     for i in range(len(t)):
         if fresh[i]:
-            _restart(m, p, i, t, order, value, variance, prior)
+            restart(m, p, i, t, order, value, variance, prior)
         else:
             predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         o = order[i]
@@ -133,7 +133,7 @@ def _forward(t, order, value, variance, fresh, scale, q, prior, means, covarianc
     work, gain = np.zeros((3, 3)), np.zeros(3)
     for i in range(len(t)):
         if fresh[i]:
-            _restart(m, p, i, t, order, value, variance, prior)
+            restart(m, p, i, t, order, value, variance, prior)
         else:
             predict(m, p, t[i] - t[i - 1], q * scale[i], work)
         for j in range(3):

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from preprocess.descent import minimum
 from preprocess.intensity import fitted_intensity
-from preprocess.kalman import IntArray, Rows, cost
+from preprocess.kalman import IntArray, Rows
+from preprocess.likelihood import costs
 from preprocess.trial import FloatArray
 
 #: Rows that the likelihood is evaluated on at most, in blocks spread over the log.
@@ -32,13 +34,10 @@ class Levels:
         Intensity of the white third derivative, unit²/s⁵.
     sigma : (g,)
         Standard deviation of each group of rows (one per sensor), in the sensor's unit.
-    evaluations : int
-        Of the likelihood.
     """
 
     q: float
     sigma: FloatArray
-    evaluations: int = 0
 
 
 def thin_out(rows: Rows, group: IntArray, most: int = MOST_ROWS) -> tuple[Rows, IntArray]:
@@ -90,44 +89,30 @@ def estimate_levels(
     rows_at_most : int
         Rows that the likelihood is evaluated on at most.
     """
-    from scipy.optimize import minimize
-
     thin, which = thin_out(rows, group, rows_at_most)
     free = np.flatnonzero(~np.isfinite(known))
     upper = np.full(len(known), np.inf) if most is None else np.maximum(most, least)
-    count = 0
 
-    def levels_of(x: FloatArray) -> tuple[float, FloatArray]:
-        sigma = np.where(np.isfinite(known), known, 0.0)
-        sigma[free] = np.clip(np.exp(np.clip(x[1:], -34.0, 34.0)), least[free], upper[free])
-        return float(np.exp(np.clip(x[0], -80.0, 60.0))), sigma
+    def levels_of(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        sigma = np.tile(np.where(np.isfinite(known), known, 0.0), (len(x), 1))
+        sigma[:, free] = np.clip(np.exp(np.clip(x[:, 1:], -34.0, 34.0)), least[free], upper[free])
+        return np.exp(np.clip(x[:, 0], -80.0, 60.0)), sigma
 
-    def rows_at(sigma: FloatArray) -> Rows:
-        return replace(thin, variance=np.append(sigma, 1.0)[which] ** 2 * thin.variance)
-
-    def objective(x: FloatArray) -> float:
-        nonlocal count
-        count += 1
+    def objective(x: FloatArray) -> FloatArray:
         q, sigma = levels_of(x)
-        beyond = x[1:] - np.log(
-            sigma[free]
-        )  # a slope back to the bounds, or a search ends on the level beyond
-        return cost(rows_at(sigma), q, prior) + STEEP * float(beyond @ beyond)
+        # a slope back to the bounds, or a search ends on the level beyond
+        beyond = x[:, 1:] - np.log(sigma[:, free])
+        factor = np.column_stack([sigma, np.ones(len(x))]).T[which] ** 2
+        found = costs(thin, q, prior, factor * thin.variance[:, None])
+        return np.asarray(found + STEEP * np.sum(beyond**2, axis=1), float)
 
     first = np.concatenate([[np.log(start.q)], np.log(start.sigma[free])])
     starts = [first]
     if not near:
-        fitted = np.log(fitted_intensity(rows_at(levels_of(first)[1]), start.q, prior))
+        sigma = np.append(levels_of(first[None])[1][0], 1.0)[which]
+        fitted = np.log(fitted_intensity(replace(thin, variance=sigma**2 * thin.variance), start.q, prior))
         if abs(fitted - first[0]) > APART:
             starts.append(np.r_[fitted, first[1:]])
-    steps = (0.25 if near else 1.0) * np.r_[2.0, np.full(len(free), 0.5)]
-    options = {"xatol": 1e-2, "fatol": 1e-2, "maxfev": 120 + 60 * len(free)}
-
-    def descent(x: FloatArray) -> tuple[float, FloatArray]:
-        simplex = np.vstack([x, x + np.diag(steps)])
-        best = minimize(objective, x, method="Nelder-Mead", options={**options, "initial_simplex": simplex})  # type: ignore[call-overload]
-        return float(best.fun), np.asarray(best.x, float)
-
-    _, x = min((descent(x) for x in starts), key=lambda found: found[0])
-    q, sigma = levels_of(x)
-    return Levels(q, sigma, count)
+    _, x = min((minimum(objective, x) for x in starts), key=lambda found: found[0])
+    q, sigma = levels_of(x[None])
+    return Levels(float(q[0]), sigma[0])

@@ -66,7 +66,7 @@ def find_wander(track: ChainResult, segments: Segments, prior: FloatArray) -> tu
     least = min(first[0], *(cost for cost, _ in tried.values()))
     time = max((k for k, (cost, _) in tried.items() if cost < least + INDISTINCT), default=FIRST_TIME)
     q, *sigma, wander = np.exp(tried[time][1])
-    return Levels(float(q), np.array(sigma), track.levels.evaluations), Wander(float(wander), time)
+    return Levels(float(q), np.array(sigma)), Wander(float(wander), time)
 
 
 def _search(

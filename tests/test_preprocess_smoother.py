@@ -1,11 +1,17 @@
 """The smoother against a dense oracle, the truth, and itself with the truth's noise levels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from preprocess_samples import Imperfect, at, sampled, truth_of
 
 from preprocess.chains import Stream, assemble, variances
+from preprocess.descent import minimum
 from preprocess.kalman import Rows, cost, smooth
+from preprocess.likelihood import costs
 from preprocess.run_of_log import LoggedRun
 from preprocess.smoother import smooth_chain
 from preprocess.trials import make_trials
@@ -188,3 +194,32 @@ def test_blank_rows_change_nothing():
         )
         outs.append(smooth(rows, 0.3, prior).mean[a.stream == 0])
     np.testing.assert_allclose(outs[0], outs[1], atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 19))
+@settings(max_examples=20, deadline=None)
+def test_likelihoods_abreast_are_those_of_one_after_the_other(seed, count):
+    rng = np.random.default_rng(seed)
+    n = 120
+    t, fresh = np.sort(rng.uniform(0.0, 30.0, n)), rng.random(n) < 0.03
+    fresh[0] = True
+    value = np.cumsum(rng.normal(size=(n, 2)), axis=0)
+    rows = Rows(t, rng.integers(-1, 3, n), value, rng.uniform(0.1, 1.0, n), fresh, np.ones(n))
+    q, prior = np.exp(rng.normal(size=count)), np.array([1e4, 1e2, 1e2])
+    variance, scale = rng.uniform(0.01, 2.0, (n, count)), rng.uniform(0.1, 9.0, (n, count))
+    single = [
+        cost(replace(rows, variance=variance[:, k], scale=scale[:, k]), float(q[k]), prior)
+        for k in range(count)
+    ]
+    assert costs(rows, q, prior, variance, scale) == pytest.approx(np.array(single), rel=1e-9)
+    alike = [cost(rows, float(x), prior) for x in q]
+    assert costs(rows, q, prior) == pytest.approx(np.array(alike), rel=1e-9)
+
+
+def test_the_least_of_a_curved_valley_is_found_from_afar():
+    def valley(x):
+        return 100.0 * (x[:, 1] - 0.3 * x[:, 0] ** 2) ** 2 + 20.0 * (x[:, 0] - 2.0) ** 2
+
+    value, x = minimum(valley, np.array([-3.0, 5.0]))
+    assert value < 0.01
+    assert x == pytest.approx([2.0, 1.2], abs=0.03)
