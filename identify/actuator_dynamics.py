@@ -1,59 +1,156 @@
-"""What an actuator makes of its command, on an even grid, compiled."""
+"""What an actuator makes of its command, on an even grid, compiled.
+
+A command is given by its means ``series`` (n,) over the steps of ``dt``, and by what the mean of its c·|c| is more than
+that of the mean, ``surge`` (n,): not nothing where it switched within the step, at the time that the means tell. What
+follows it begins there, not at the step's begin or end. Each function returns the same two of the actuator.
+"""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
 
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+_COMPILED = {"cache": True, "nogil": True, "error_model": "numpy"}
 
-@njit(cache=True, nogil=True)
-def first_order(series, dt, time_constant):
-    """Response of a first-order lag, exact for a command that holds over each step; starts settled."""
-    out = np.empty_like(series)
-    keep = np.exp(-dt / time_constant) if time_constant > 1e-9 else 0.0
-    value = series[0]
+
+@njit(**_COMPILED)
+def _switch(series, surge, i, held):
+    """Share of step ``i`` for which the command stays where it was, and where it is afterwards."""
+    here = series[i]
+    if surge[i] == 0.0:
+        return 0.0, here
+    after = series[i + 1] if i + 1 < series.shape[0] else here
+    if (here - held) * (after - here) > 0.0:
+        return (after - here) / (after - held), after
+    return 0.0, here
+
+
+@njit(**_COMPILED)
+def _lagging(value, target, time, constant):
+    """Value after some time, and the integrals of the value and of its square with sign."""
+    if constant < 1e-9:
+        return target, target * time, target * abs(target) * time
+    keep = math.exp(-time / constant)
+    off = value - target
+    end = target + off * keep
+    total = target * time + off * constant * (1.0 - keep)
+    if value * end >= 0.0:
+        square = target * target * time + 2.0 * target * off * constant * (1.0 - keep)
+        square += 0.5 * off * off * constant * (1.0 - keep * keep)
+        return end, total, math.copysign(square, value + end)
+    middle = target + off * math.sqrt(keep)
+    square = value * abs(value) + 4.0 * middle * abs(middle) + end * abs(end)
+    return end, total, square * time / 6.0
+
+
+@njit(**_COMPILED)
+def _moving(value, target, time, rate):
+    """Value after some time at no more than a rate, and the integrals of the value and of its square with sign."""
+    if time <= 0.0:
+        return value, 0.0, 0.0
+    way = target - value
+    moving = min(abs(way) / rate, time)
+    end = target if moving < time else value + math.copysign(rate * moving, way)
+    total = 0.5 * (value + end) * moving + end * (time - moving)
+    square = end * abs(end) * (time - moving)
+    if moving > 0.0:
+        square += (abs(end) ** 3 - abs(value) ** 3) / (3.0 * math.copysign(rate, way))
+    return end, total, square
+
+
+@njit(**_COMPILED)
+def _on(value, target, time, limit, at_a_rate):
+    """``_moving`` or ``_lagging``."""
+    if at_a_rate:
+        return _moving(value, target, time, limit)
+    return _lagging(value, target, time, limit)
+
+
+@njit(**_COMPILED)
+def _both(share, before, after):
+    """Mean over a step of what switches at ``share`` of it, and what that of its square with sign is more."""
+    mean = share * before + (1.0 - share) * after
+    return mean, share * before * abs(before) + (1.0 - share) * after * abs(after) - mean * abs(mean)
+
+
+@njit(**_COMPILED)
+def _followed(series, surge, dt, limit, at_a_rate):
+    """The command followed from where it begins: at a limited rate, or with a lag's time constant."""
+    out, more = np.empty_like(series), np.empty_like(series)
+    value = held = series[0]
     for i in range(series.shape[0]):
-        # mean over the step of the exact response keeps the timing right
-        target = series[i]
-        if time_constant > 1e-9:
-            out[i] = target + (value - target) * time_constant / dt * (1.0 - keep)
-        else:
-            out[i] = target
-        value = target + (value - target) * keep
-    return out
+        share, after = _switch(series, surge, i, held)
+        value, one, square = _on(value, held, share * dt, limit, at_a_rate)
+        value, two, rest = _on(value, after, (1.0 - share) * dt, limit, at_a_rate)
+        held = after
+        out[i] = (one + two) / dt
+        more[i] = (square + rest) / dt - out[i] * abs(out[i])
+    return out, more
 
 
-@njit(cache=True, nogil=True)
-def rate_limited(series, dt, rate):
+def first_order(
+    series: FloatArray, surge: FloatArray, dt: float, time_constant: float
+) -> tuple[FloatArray, FloatArray]:
+    """Response of a first-order lag; starts settled."""
+    out, more = _followed(series, surge, dt, time_constant, False)
+    return out, more
+
+
+def rate_limited(
+    series: FloatArray, surge: FloatArray, dt: float, rate: float
+) -> tuple[FloatArray, FloatArray]:
     """Follow the command no faster than ``rate`` per second; starts settled."""
-    out = np.empty_like(series)
-    value = series[0]
-    for i in range(series.shape[0]):
-        before = value
-        value += min(max(series[i] - value, -rate * dt), rate * dt)
-        out[i] = 0.5 * (before + value) if abs(series[i] - before) > rate * dt else series[i]
-    return out
+    out, more = _followed(series, surge, dt, rate, True)
+    return out, more
 
 
-@njit(cache=True, nogil=True)
-def play(series, width, begin):
+@njit(**_COMPILED)
+def play(series, surge, width, begin):
     """Backlash: the output stays until the input has crossed the half-width, then is dragged along.
 
     ``begin``, -1 to 1, is where in the slack it is at first.
     """
-    out = np.empty_like(series)
-    value = series[0] + begin * width
+    out, more = np.empty_like(series), np.empty_like(series)
+    held = series[0]
+    value = held + begin * width
     for i in range(series.shape[0]):
-        value = min(max(value, series[i] - width), series[i] + width)
-        out[i] = value
-    return out
+        share, after = _switch(series, surge, i, held)
+        before = min(max(value, held - width), held + width)
+        value = min(max(before, after - width), after + width)
+        held = after
+        out[i], more[i] = _both(share, before, value)
+    return out, more
 
 
-@njit(cache=True, nogil=True)
-def deadband_neutral(series, width, shifted):
+@njit(**_COMPILED)
+def _neutral(command, width, shifted):
+    beyond = abs(command) - width
+    return 0.0 if beyond <= 0.0 else (math.copysign(beyond, command) if shifted else command)
+
+
+@njit(**_COMPILED)
+def deadband_neutral(series, surge, width, shifted):
     """No response within ± the half-width of zero; outside, as commanded, or less the half-width (``shifted``)."""
-    out = np.empty_like(series)
+    out, more = np.empty_like(series), np.empty_like(series)
+    held = series[0]
     for i in range(series.shape[0]):
-        beyond = abs(series[i]) - width
-        out[i] = 0.0 if beyond <= 0 else (np.sign(series[i]) * beyond if shifted else series[i])
-    return out
+        share, after = _switch(series, surge, i, held)
+        before, value = _neutral(held, width, shifted), _neutral(after, width, shifted)
+        held = after
+        out[i], more[i] = _both(share, before, value)
+    return out, more
+
+
+@njit(**_COMPILED)
+def displaced(series, surge, offset):
+    """The command, and ``offset`` more."""
+    out, more = np.empty_like(series), np.empty_like(series)
+    held = series[0]
+    for i in range(series.shape[0]):
+        share, after = _switch(series, surge, i, held)
+        out[i], more[i] = _both(share, held + offset, after + offset)
+        held = after
+    return out, more

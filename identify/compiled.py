@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.drive import Drive
-from identify.measure import rows_of_windows
+from identify.measure import moments_of_windows
 from identify.sample import Motion, Sensing, work_for
 from identify.stretch import Stretch
 from identify.structure import Structure
@@ -54,8 +54,10 @@ def rows_of(
     begin, length, samples = places_of(windows)
     tape, width = structure.table.tape, along.current.shape[1]
     rows = np.zeros((len(stretch.samples.t), 2, columns.stop - columns.start))
-    rows_of_windows(
+    nothing, none = np.zeros((len(rows), 2)), np.zeros((len(rows), 2, 0))
+    moments_of_windows(
         np.ascontiguousarray(first), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps, along,
-        sensing, run_for(tape, int(length.max()), width, d.channels.shape[1]), work_for(width), columns.start, rows,
+        sensing, none, np.zeros((len(begin), 0)), run_for(tape, int(length.max()), width, d.channels.shape[1]),
+        work_for(width), np.empty((len(begin), 1, 1)), nothing, columns.start, rows,
     )  # fmt: skip
     return rows

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from identify.acting import Share, Values, constant_channels, flow_channels, lead_slot, shares_of
 from identify.effect import SensorShift
-from identify.flow import PARAMETERS, channel_of
-from identify.forces import THRUSTING, channels, thrust
 from identify.kernel import CHANNEL, NM
-from identify.resample import straight_lines
+from identify.resample import rates, straight_lines
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
 
@@ -22,22 +21,33 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 _CLOCKS = {"position": 5, "heading": 6, "yaw_rate": 7, "velocity": 8}
 
 
-class Drive(NamedTuple):
+@dataclass(frozen=True)
+class Drive:
     """Everything that the compiled rollout and the measurement equation need, beside the initial state.
 
     ``channels`` (n, nc) mean over each step and ``slopes`` (n, nc) of the straight line with the same first moment (end
-    less middle), ``fine`` (n·SUBSTEPS, nc), ``coefficients`` (p,), ``wind`` (n, 2), ``current`` (2,), ``sensor`` (9,);
-    ``factor`` (p,) is what effects on loading make of each coefficient in this log (already in ``coefficients``).
+    less middle), made of a ``constant`` (nc,) and what the inputs put in, the ``shares``; ``coefficients`` (p,),
+    ``wind`` (n, 2), ``current`` (2,), ``sensor`` (9,); ``factor`` (p,) is what effects on loading make of each
+    coefficient in this log (already in ``coefficients``).
     """
 
     channels: FloatArray
     slopes: FloatArray
-    fine: FloatArray
+    constant: FloatArray
+    shares: tuple[Share, ...]
     coefficients: FloatArray
     wind: FloatArray
     current: FloatArray
     sensor: FloatArray
     factor: FloatArray
+
+    @cached_property
+    def fine(self) -> FloatArray:
+        """The channels (nc, n·SUBSTEPS) on the fine grid."""
+        out = np.repeat(self.constant[:, None], len(self.channels) * SUBSTEPS, axis=1)
+        for share in self.shares:
+            out[list(share.places)] += share.fine
+        return out
 
 
 #: Where the air's velocity stands among the places that a parameter may move.
@@ -67,13 +77,7 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     ``same_inputs`` is a drive whose actuators are known to be the same, so that they need not be made again.
     """
     values = [structure.values(p, e) for e in range(len(structure.actives))]
-    if same_inputs is None:
-        actuators = actuators_of(structure, p, values, stretch)
-        actuators |= {c: np.full(stretch.steps * SUBSTEPS, p[k]) for c, k in flow_channels(structure).items()}
-        fine = channels(structure.table.channels, structure.inputs, actuators, stretch.steps * SUBSTEPS)
-        mean, slope = straight_lines(fine, SUBSTEPS)
-    else:
-        mean, slope, fine = same_inputs[:3]
+    inputs = same_inputs or _acting(structure, p, values, stretch)
     current, air = np.zeros(2), np.zeros(2)
     for active, v in zip(structure.actives, values, strict=True):
         if active.effect.current:
@@ -81,71 +85,23 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
         if active.effect.air:
             air = air + np.array(active.effect.air(v))
     factor = _loading(structure, values, stretch.name)
-    coefficients = factor * _coefficients(structure, p, values)
-    return Drive(
-        mean, slope, fine, coefficients, stretch.wind + air, current, sensor_of(structure, p, values), factor
-    )
+    return replace(
+        inputs, coefficients=factor * _coefficients(structure, p, values), wind=stretch.wind + air, current=current,
+        sensor=sensor_of(structure, p, values), factor=factor,
+    )  # fmt: skip
 
 
-def flow_channels(structure: Structure) -> dict[str, int]:
-    """Channels that carry the parameters of the flow behind the hull, and their slots."""
-    names = {q.name for q in PARAMETERS} if structure.model.flow else set()
-    return {channel_of(s.name): k for k, s in enumerate(structure.slots) if s.effect < 0 and s.name in names}
-
-
-def actuators_of(
-    structure: Structure, p: FloatArray, values: list[dict[str, float]], stretch: Stretch
-) -> dict[str, FloatArray]:
-    """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
-    dt = stretch.h / SUBSTEPS
-    begins = input_clocks(structure, p, stretch, values)
-    acting = {n: stretch.acting(n, begin) for n, begin in begins.items()}
-    series, switching = ({n: a[k] for n, a in acting.items()} for k in (0, 1))
-    for active in structure.actives:
-        if active.effect.rewire:
-            series, switching = (active.effect.rewire(active.variant.options, x) for x in (series, switching))
-    for active, v in zip(structure.actives, values, strict=True):
-        name = active.variant.input
-        if active.effect.actuator and name is not None:
-            series[name] = active.effect.actuator(v, series[name], dt, active.options_in(stretch.name))
-    time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
-    for item in structure.inputs:
-        if item.kind in THRUSTING:
-            force = thrust(item, series[item.name])
-            if item.law != "linear":
-                # Stays whatever acts on the input: an effect of no size must change nothing.
-                force += switching[item.name]
-            for active, v in zip(structure.actives, values, strict=True):
-                if active.effect.gain and active.variant.input in (None, item.name):
-                    force = force * active.effect.gain(v, time)
-            series[f"thrust {item.name}"] = force
-    return series
-
-
-def input_clocks(
-    structure: Structure, p: FloatArray, stretch: Stretch, values: list[dict[str, float]] | None = None
-) -> dict[str, float]:
-    """Time on each input's log, s, of what acts when a stretch begins."""
-    if values is None:
-        values = [structure.values(p, e) for e in range(len(structure.actives))]
-    begin = stretch.start + _lead(structure, p)
-    return {i.name: begin - _delay(structure, values, i.name) for i in structure.inputs}
-
-
-def _lead(structure: Structure, p: FloatArray) -> float:
-    """How far the actuators are ahead of the logged inputs, s; the expected lead where it is not a parameter."""
-    for k, slot in enumerate(structure.slots):
-        if slot.name == "input_lead" and slot.effect < 0:
-            return float(p[k])
-    return structure.input_lead[0] if structure.input_lead is not None else 0.0
-
-
-def _delay(structure: Structure, values: list[dict[str, float]], name: str) -> float:
-    return sum(
-        active.effect.input_delay(v)
-        for active, v in zip(structure.actives, values, strict=True)
-        if active.effect.input_delay and active.variant.input in (None, name)
-    )
+def _acting(structure: Structure, p: FloatArray, values: Values, stretch: Stretch) -> Drive:
+    """What the inputs do, and nothing else."""
+    constant = constant_channels(structure, p)
+    shares = tuple(shares_of(structure, p, values, stretch))
+    mean = np.repeat(constant[None, :], stretch.steps, axis=0)
+    slope = np.zeros_like(mean)
+    for share in shares:
+        mean[:, share.places] += share.mean
+        slope[:, share.places] += share.slope
+    nothing = np.zeros(0)
+    return Drive(mean, slope, constant, shares, nothing, nothing, nothing, nothing, nothing)
 
 
 def _coefficients(structure: Structure, p: FloatArray, values: list[dict[str, float]]) -> FloatArray:
@@ -218,6 +174,11 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
             driven.append((CHANNEL + structure.table.channels.index(carrying[k]), g))
             columns.append((np.ones(stretch.steps), np.zeros(stretch.steps)))
             continue
+        if k == lead_slot(structure):
+            for place, value, slope in _changing(*_by_lead(here, stretch)):
+                driven.append((place, g))
+                columns.append((value, slope))
+            continue
         same = None if _moves_inputs(structure, int(k)) else here
         high, low = _moved(structure, p, int(k), 1.0), _moved(structure, p, int(k), -1.0)
         width = high[k] - low[k]
@@ -235,14 +196,24 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
     )
 
 
+def _by_lead(here: Drive, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
+    """Derivatives (n, nc) of channels and slopes by a lead of all inputs: what they do a little later, they do now."""
+    mean, slope = straight_lines(rates(here.fine, stretch.h / SUBSTEPS), SUBSTEPS)
+    return mean, slope
+
+
+def _changing(value: FloatArray, slope: FloatArray) -> Iterator[tuple[int, FloatArray, FloatArray]]:
+    """Place, derivative and derivative of the slope (n,) of the channels that change at all."""
+    for k in np.nonzero(value.any(axis=0) | slope.any(axis=0))[0]:
+        yield CHANNEL + int(k), value[:, k], slope[:, k]
+
+
 def _moving(
     up: Drive, down: Drive, width: float, inputs: bool
 ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
     """Place, derivative (n,) and derivative of the slope (n,) of everything over time that is not the same in both."""
     if inputs:
-        value, slope = (up.channels - down.channels) / width, (up.slopes - down.slopes) / width
-        for k in np.nonzero(value.any(axis=0) | slope.any(axis=0))[0]:
-            yield CHANNEL + int(k), value[:, k], slope[:, k]
+        yield from _changing((up.channels - down.channels) / width, (up.slopes - down.slopes) / width)
     air = up.current - down.current
     if air.any() or up.wind is not down.wind:
         change = (up.wind - down.wind - air) / width

@@ -11,6 +11,9 @@ from identify.term import Term
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+#: Means (n,) of a command or of an actuator over the steps of a grid, and what those of its square with sign are more
+#: than the squares of these.
+Acting = tuple[FloatArray, FloatArray]
 Values = Mapping[str, float]
 
 
@@ -115,7 +118,8 @@ class Effect:
     fixed_terms : callable
         ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
     actuator : callable
-        ``actuator(values, series, dt, options) -> series``: from logged input to actuator, (n,) on a fine grid.
+        ``actuator(values, (series, surge), dt, options) -> (series, surge)``: from logged input to actuator, on a fine
+        grid.
     begins : callable
         ``begins(options)``: whether the actuator's own position at the begin of a log is unknown; ``actuator`` then
         finds it in ``options["begin"]``, -1 to 1 of the effect's own width.
@@ -147,7 +151,7 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     terms: Callable[[Setting, Variant], Mapping[str, Term]] | None = None
     fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
-    actuator: Callable[[Values, FloatArray, float, Mapping[str, object]], FloatArray] | None = None
+    actuator: Callable[[Values, Acting, float, Mapping[str, object]], Acting] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
     gain: Callable[[Values, FloatArray], FloatArray] | None = None

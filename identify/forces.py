@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import reduce
+from collections.abc import Callable, Mapping
+from functools import partial, reduce
 
 import numpy as np
 
@@ -13,6 +13,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Series = Mapping[str, FloatArray]
 #: Force along x, along y and moment about z.
 Pushes = tuple[FloatArray, FloatArray, FloatArray]
+#: What some inputs put into each channel, made when it is asked for.
+Shares = dict[str, Callable[[], FloatArray]]
 
 #: Kinds that give thrust.
 THRUSTING = ("propeller", "thruster", "tunnel")
@@ -37,13 +39,9 @@ def groups(inputs: tuple[Input, ...]) -> dict[str, list[Input]]:
     return kinds
 
 
-def _pushes(item: Input, series: Series, inputs: tuple[Input, ...]) -> Pushes:
-    """Force along x, along y and moment about z of one input, up to its gain."""
-    azimuth = azimuth_of(inputs).get(item.name)
+def _pushes(item: Input, series: Series, azimuth: Input | None) -> Pushes:
+    """Force along x, along y and moment about z of one input that gives thrust, up to its gain."""
     x, y = item.position
-    if item.kind == "rudder":
-        side = series[item.name]
-        return np.zeros_like(side), side, x * side
     force = series[f"thrust {item.name}"]
     if item.kind == "tunnel":
         return np.zeros_like(force), force, x * force
@@ -53,6 +51,15 @@ def _pushes(item: Input, series: Series, inputs: tuple[Input, ...]) -> Pushes:
         x, y = azimuth.position
     along, across = force * np.cos(series[azimuth.name]), force * np.sin(series[azimuth.name])
     return along, across, x * across - y * along
+
+
+def together(inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], ...]:
+    """Inputs whose doings cannot be told apart: all rudders; each that gives thrust, with the azimuth that turns it."""
+    azimuths = azimuth_of(inputs)
+    thrusting = [i for i in inputs if i.kind in THRUSTING]
+    rudders = tuple(i for i in inputs if i.kind == "rudder")
+    alone = [(i, azimuths[i.name]) if i.name in azimuths else (i,) for i in thrusting]
+    return (rudders, *alone) if rudders else tuple(alone)
 
 
 def channel_names(inputs: tuple[Input, ...]) -> tuple[str, ...]:
@@ -76,59 +83,46 @@ def channel_names(inputs: tuple[Input, ...]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def channels(names: tuple[str, ...], inputs: tuple[Input, ...], series: Series, n: int) -> FloatArray:
-    """Channels (n, len(names)) from the actuators' series and their thrusts (``"thrust NAME"``)."""
-    out = np.empty((n, len(names)))
-    kinds = groups(inputs)
-    pushing = {which for axis, _, which in (name.partition(":") for name in names) if axis in tuple("TFN")}
-    pushes = {kind: [_pushes(item, series, inputs) for item in kinds[kind]] for kind in pushing}
-    for k, name in enumerate(names):
-        out[:, k] = _channel(name, kinds, pushes, series, n)
-    return out
+def shares(
+    names: tuple[str, ...], inputs: tuple[Input, ...], unit: tuple[Input, ...], series: Series
+) -> tuple[tuple[int, ...], FloatArray]:
+    """Places of the channels that inputs of one unit (see ``together``) drive, and what they put in (k, n)."""
+    found = _of_rudders(unit, series) if unit[0].kind == "rudder" else _of_thrust(unit, inputs, series)
+    places = tuple(k for k, name in enumerate(names) if name in found)
+    rows = [found[names[k]]() for k in places]
+    return places, np.array(rows) if rows else np.zeros((0, len(series[unit[0].name])))
 
 
-def _channel(
-    name: str, kinds: Mapping[str, list[Input]], pushes: Mapping[str, list[Pushes]], series: Series, n: int
-) -> FloatArray:
-    if name in _SIMPLE:
-        return _SIMPLE[name](kinds, series, n)
-    if name.startswith("="):
-        return series[name]
-    axis, which = name.split(":", 1)
-    if axis == "P":
-        return series[f"thrust {which}"]
-    place = "TFN".index(axis)
-    return _sum([push[place] for push in pushes[which]])
+def _of_rudders(unit: tuple[Input, ...], series: Series) -> Shares:
+    mean = reduce(np.add, [series[i.name] for i in unit]) / len(unit)
+    return {
+        "δ": lambda: mean,
+        "|δ|": lambda: np.abs(mean),
+        "F:rudder": lambda: mean * len(unit),
+        "N:rudder": lambda: reduce(np.add, [i.position[0] * series[i.name] for i in unit]),
+    }
 
 
-def _sum(series: Sequence[FloatArray]) -> FloatArray:
-    """Sum of some series (n,); of one, that one."""
-    return reduce(np.add, series)
+def _of_thrust(unit: tuple[Input, ...], inputs: tuple[Input, ...], series: Series) -> Shares:
+    item = unit[0]
+    force, pushes = series[f"thrust {item.name}"], _pushes(item, series, unit[1] if len(unit) > 1 else None)
+    found: Shares = {f"{a}:{item.kind}": partial(_itself, p) for a, p in zip("TFN", pushes, strict=True)}
+    found[f"P:{item.name}"] = lambda: force
+    if item in (screws := _screws(groups(inputs))):
+        found["n"] = lambda: _revolutions(item, force) / len(screws)
+        found["|n|n"] = lambda: force
+        found["|n|"] = lambda: np.abs(series[item.name])
+    return found
 
 
-def _mean(series: Sequence[FloatArray]) -> FloatArray:
-    """Mean of some series (n,); of one, that one."""
-    return series[0] if len(series) == 1 else _sum(series) / len(series)
+def _itself(values: FloatArray) -> FloatArray:
+    return values
 
 
 def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
     return kinds.get("propeller") or kinds.get("thruster") or []
 
 
-def _mean_rudder(kinds: Mapping[str, list[Input]], series: Series, _: int) -> FloatArray:
-    return _mean([series[i.name] for i in kinds["rudder"]])
-
-
 def _revolutions(item: Input, force: FloatArray) -> FloatArray:
     """Revolutions that give a thrust, so that what acts on the thrust acts on them."""
     return force if item.law == "linear" else np.sign(force) * np.sqrt(np.abs(force))
-
-
-_SIMPLE: dict[str, Callable[[Mapping[str, list[Input]], Series, int], FloatArray]] = {
-    "−": lambda k, s, n: np.full(n, -1.0),
-    "δ": _mean_rudder,
-    "|δ|": lambda k, s, n: np.abs(_mean_rudder(k, s, n)),
-    "n": lambda k, s, n: _mean([_revolutions(i, s[f"thrust {i.name}"]) for i in _screws(k)]),
-    "|n|n": lambda k, s, n: _sum([s[f"thrust {i.name}"] for i in _screws(k)]),
-    "|n|": lambda k, s, n: _sum([np.abs(s[i.name]) for i in _screws(k)]),
-}

@@ -12,7 +12,7 @@ from numba import njit
 
 from identify.flow import COLUMNS as BY_FLOW
 from identify.kernel import FLOW, TINY
-from identify.simd import INLINED, load_like, put, splat, splat_half, store, take
+from identify.simd import INLINED, load, load_like, put, splat, splat_half, store, take
 from identify.tape import ROW
 
 
@@ -51,26 +51,13 @@ def jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place):
 
     What the rows of the relative wind hold becomes the derivatives with respect to the air's velocity.
     """
-    if steps.needs[2]:
-        _jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place, splat(0.0))
-    else:
-        _jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place, splat_half(0.0))
-
-
-@njit(**INLINED)
-def _jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place, zero):
-    """The same for the first accelerations, as many as ``zero`` has places."""
     u, v, r = q[1], q[2], q[3]
-    by_u = (
-        load_like(zero, adjoint, ROW)
-        + load_like(zero, adjoint, 4 * ROW) * np.sign(u)
-        + load_like(zero, adjoint, 8 * ROW)
-    )
-    by_v = load_like(zero, adjoint, 2 * ROW) + load_like(zero, adjoint, 5 * ROW) * np.sign(v)
-    by_r = load_like(zero, adjoint, 3 * ROW) + load_like(zero, adjoint, 6 * ROW) * np.sign(r)
+    by_u = load(adjoint, ROW) + load(adjoint, 4 * ROW) * np.sign(u) + load(adjoint, 8 * ROW)
+    by_v = load(adjoint, 2 * ROW) + load(adjoint, 5 * ROW) * np.sign(v)
+    by_r = load(adjoint, 3 * ROW) + load(adjoint, 6 * ROW) * np.sign(r)
     if steps.needs[0]:
         speed, inverse = max(q[7], 1e-9), -q[9] * q[9] if q[7] > TINY else 0.0
-        by_speed = load_like(zero, adjoint, 7 * ROW) + load_like(zero, adjoint, 9 * ROW) * inverse
+        by_speed = load(adjoint, 7 * ROW) + load(adjoint, 9 * ROW) * inverse
         by_u = by_u + by_speed * (u / speed)
         by_v = by_v + by_speed * (v / speed)
     if steps.needs[1]:
@@ -79,7 +66,7 @@ def _jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place, zero):
         air = math.sqrt(wx * wx + wy * wy)
         safe = max(air, 1e-9)
         xx, xy, yy = air + wx * wx / safe, wx * wy / safe, air + wy * wy / safe
-        along, across = load_like(zero, adjoint, 12 * ROW), load_like(zero, adjoint, 13 * ROW)
+        along, across = load(adjoint, 12 * ROW), load(adjoint, 13 * ROW)
         by_wx, by_wy = along * xx + across * xy, along * xy + across * yy
         by_u, by_v = by_u - by_wx, by_v - by_wy
         store(jacobian, place + 5 * ROW, by_wx * (wy + v) - by_wy * (wx + u))
@@ -88,14 +75,14 @@ def _jacobian_of(steps, q, psi, north, east, adjoint, jacobian, place, zero):
     if steps.needs[3]:
         at = steps.base + steps.left.shape[0]
         for k in range(3):
-            by, d = load_like(zero, adjoint, (FLOW + k) * ROW), at + k * BY_FLOW + 1
+            by, d = load(adjoint, (FLOW + k) * ROW), at + k * BY_FLOW + 1
             by_u, by_v, by_r = by_u + by * q[d], by_v + by * q[d + 1], by_r + by * q[d + 2]
             for c in range(steps.flow_place.shape[0]):
                 to = ROW * np.int64(steps.flow_place[c])
-                store(adjoint, to, load_like(zero, adjoint, to) + by * q[d + 3 + c])
+                store(adjoint, to, load(adjoint, to) + by * q[d + 3 + c])
     if steps.needs[2]:
-        store(jacobian, place + 3 * ROW, load_like(zero, adjoint, 10 * ROW))
-        store(jacobian, place + 4 * ROW, load_like(zero, adjoint, 11 * ROW))
+        store(jacobian, place + 3 * ROW, load(adjoint, 10 * ROW))
+        store(jacobian, place + 4 * ROW, load(adjoint, 11 * ROW))
     store(jacobian, place, by_u)
     store(jacobian, place + ROW, by_v)
     store(jacobian, place + 2 * ROW, by_r)

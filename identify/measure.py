@@ -15,13 +15,30 @@ from identify.tangents import sensitivities
 
 @njit(**COMPILED)
 def moments_of_windows(
-    first, begin, length, samples, motion, steps, along, sensing, basis, shrink, run, work, moments, residual
+    first,
+    begin,
+    length,
+    samples,
+    motion,
+    steps,
+    along,
+    sensing,
+    basis,
+    shrink,
+    run,
+    work,
+    moments,
+    residual,
+    since,
+    rows,
 ):
-    """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2).
+    """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2), or ``rows`` (m, 2, k).
 
     ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. Rows
     count less by ``shrink`` (w, K) along the vectors of ``basis`` (m, 2, K); the errors are left as they are. A window
-    that runs away gets NaN.
+    that runs away gets NaN. With any columns in ``rows``, these are the weighted derivatives of every sample from
+    column ``since`` on (zeros where a window runs away), and the moments mean nothing: compiled in one, since to
+    compile the run with its sensitivities twice takes two seconds of a first call.
     """
     m = motion
     last = moments.shape[1] - 1
@@ -37,38 +54,13 @@ def moments_of_windows(
             moments[w, last, last] = np.nan
             continue
         _window(
-            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, run, work, residual, last
-        )
+            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, run, work, residual, last,
+            since, rows,
+        )  # fmt: skip
         _whiten(shrink, w, work, last)
         for a in range(last + 1):
             for b in range(a + 1):
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
-
-
-@njit(**COMPILED)
-def rows_of_windows(first, begin, length, samples, motion, steps, along, sensing, run, work, since, rows):
-    """Weighted derivatives ``rows`` (m, 2, k) of every sample along k columns from ``since`` on.
-
-    A window that runs away keeps its zeros. The other arguments are those of ``moments_of_windows``.
-    """
-    m = motion
-    width = work.batch.shape[1]
-    for w in range(begin.shape[0]):
-        done = sensitivities(
-            first[w], begin[w], length[w], m.h, m.euler, m.channels, m.slopes, m.wind, m.current, m.u0, steps,
-            m.rows, along, run,
-        )  # fmt: skip
-        if done < length[w]:
-            continue
-        for n in range(samples[w, 0], samples[w, 1]):
-            place = sensing.t[n] / m.h - begin[w]
-            i = min(max(math.floor(place), 0), length[w] - 1)
-            both = sensing.kind[n] == POSITION or sensing.kind[n] == VELOCITY
-            for axis in range(2 if both else 1):
-                row_of(axis, i, place - i, begin[w], n, m, sensing, run, work)
-                sum_row(sensing.weight[n], sensing.along, run, work, np.int64(0))
-                for k in range(rows.shape[2]):
-                    rows[n, axis, k] = work.batch[0, since + k] if since + k < width else 0.0
 
 
 @njit(**HELPER)
@@ -98,8 +90,8 @@ def _whiten(shrink, w, work, last):
 
 
 @njit(**HELPER)
-def _window(begin, length, low, high, motion, sensing, basis, run, work, residual, last):
-    """Sum the products of all rows of one window."""
+def _window(begin, length, low, high, motion, sensing, basis, run, work, residual, last, since, rows):
+    """Sum the products of all rows of one window, or put the rows where they are asked for."""
     width = work.batch.shape[1]
     for k in range(work.projected.shape[0]):
         for a in range(width):
@@ -115,6 +107,8 @@ def _window(begin, length, low, high, motion, sensing, basis, run, work, residua
         for axis in range(2 if both else 1):
             error = row_of(axis, i, place - i, begin, m, motion, sensing, run, work)
             sum_row(sensing.weight[m], sensing.along, run, work, filled)
+            for k in range(rows.shape[2]):
+                rows[m, axis, k] = work.batch[filled, since + k] if since + k < width else 0.0
             residual[m, axis] = work.batch[filled, last] = error * sensing.weight[m]
             _project(basis, m, axis, work, filled)
             filled += 1

@@ -57,20 +57,32 @@ def at_middles(t, value, begin, dt, n):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def straight_lines(fine, parts):
-    """Mean and slope (n, nc) of the line that has the mean and the first moment of every ``parts`` rows of ``fine``.
+    """Mean and slope (n, nc) of the line that has the mean and first moment of every ``parts`` values of ``fine``.
 
-    The slope is the line's end less its middle.
+    ``fine`` (nc, n·parts); the slope is the line's end less its middle.
     """
-    n, nc = fine.shape[0] // parts, fine.shape[1]
+    nc, n = fine.shape[0], fine.shape[1] // parts
     mean, slope = np.empty((n, nc)), np.empty((n, nc))
     middle, per = 0.5 * (parts - 1), 6.0 / (parts * parts)
-    for i in range(n):
-        for c in range(nc):
+    for c in range(nc):
+        for i in range(n):
             total, moment = 0.0, 0.0
             for k in range(parts):
-                value = fine[i * parts + k, c]
+                value = fine[c, i * parts + k]
                 total += value
                 moment += (k - middle) * value
             mean[i, c] = total / parts
             slope[i, c] = moment * per
     return mean, slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rates(fine, dt):
+    """Rates (nc, n) of what is given every ``dt``, by the neighbours' difference."""
+    out = np.empty_like(fine)
+    last = fine.shape[1] - 1
+    for c in range(fine.shape[0]):
+        for i in range(last + 1):
+            before, after = max(i - 1, 0), min(i + 1, last)
+            out[c, i] = (fine[c, after] - fine[c, before]) / ((after - before) * dt)
+    return out

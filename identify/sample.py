@@ -129,15 +129,15 @@ def _interpolated(j, i, x, begin, motion, run):
         return z, (1 - x) * rates[i, j] + x * rates[i + 1, j]
     z = (1 - x * x) * here + x * (1 - x) * h * rates[i, j] + x * x * there
     inside = min(max(x, 0.0), 1.0)
-    parts = motion.fine.shape[0] // motion.channels.shape[0]
+    parts = motion.fine.shape[1] // motion.channels.shape[0]
     whole = int(inside * parts)
     for c in range(motion.channels.shape[1]):
         # integral of the channel from the step's begin, less that of the straight line
         total = 0.0
         for k in range(whole):
-            total += motion.fine[(begin + i) * parts + k, c]
+            total += motion.fine[c, (begin + i) * parts + k]
         if whole < parts:
-            total += (inside * parts - whole) * motion.fine[(begin + i) * parts + whole, c]
+            total += (inside * parts - whole) * motion.fine[c, (begin + i) * parts + whole]
         line = motion.channels[begin + i, c] * inside + motion.slopes[begin + i, c] * (
             inside * inside - inside
         )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -88,6 +89,11 @@ class Stretch:
     def grid(self) -> FloatArray:
         """(steps + 1,) times on the log's clock, s."""
         return self.start + self.h * np.arange(self.steps + 1, dtype=float)
+
+    @cached_property
+    def remembered(self) -> Callable[..., Any]:
+        """``remembered(make, *key)`` is ``make(stretch, *key)``; the last ones are not made again."""
+        return lru_cache(maxsize=2 * max(1, len(self.inputs)))(lambda make, *key: make(self, *key))
 
     @cached_property
     def acting(self) -> Callable[[str, float], tuple[FloatArray, FloatArray]]:

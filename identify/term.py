@@ -95,7 +95,7 @@ class Term:
         As declared.
     role : str
         ``"hull"``, ``"inertial"`` (Coriolis: does not scale with the forces), ``"thrust"``, ``"rudder"``, ``"air"``,
-        ``"bias"``: tells effects on loading and on shallow water what to act on.
+        ``"bias"``, ``"roll"``: tells effects on loading and on shallow water what to act on.
     positive : bool
         True for a gain whose sign geometry gives.
     """

@@ -51,6 +51,11 @@ class Unlogged:
     windows: tuple[Window, ...]
     answers: tuple[FloatArray, ...]
 
+    @property
+    def sized(self) -> tuple[FloatArray, ...]:
+        """The answers, each of one standard deviation."""
+        return tuple(math.sqrt(self.share) * a for a in self.answers)
+
     def over(self, problem: Problem) -> Unlogged:
         """The same for a problem's stretches and windows."""
         if problem.windows is self.windows:
@@ -79,6 +84,12 @@ class Whitening:
         """Errors (m, 2) of a window, made white: times the square root of the inverse covariance."""
         return self._less(1.0 - np.sqrt(1.0 - self.shrink[number]), self.basis[stretch][samples], error)
 
+    def whitened_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
+        """Columns (m, 2, k) of a window, made white as ``whitened`` makes its errors."""
+        basis, share = self.basis[stretch][samples], 1.0 - np.sqrt(1.0 - self.shrink[number])
+        along = np.einsum("maj,mak->jk", basis, columns)
+        return np.asarray(columns - np.einsum("maj,jk->mak", basis * share, along), dtype=float)
+
     def shrunk(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
         """Errors (m, 2) of a window times the inverse covariance."""
         return self._less(self.shrink[number], self.basis[stretch][samples], error)
@@ -91,23 +102,22 @@ class Whitening:
         return np.asarray(error - basis @ (share * np.einsum("mak,ma->k", basis, error)), dtype=float)
 
 
-def whitening_of(problem: Problem, known: Unlogged) -> Whitening:
-    """What the errors of all windows are whitened by."""
-    known = known.over(problem)
-    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in known.answers))))
-    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in known.answers)
+def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
+    """What the errors of all windows are whitened by: per stretch the answers (m, 2, K), in its samples' units."""
+    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
+    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
     for number, w in enumerate(problem.windows):
-        power, vectors = _eigen(_weighted(problem, known, w), known.share)
+        power, vectors = _eigen(_weighted(problem, answers, w), 1.0)
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)
 
 
-def _weighted(problem: Problem, known: Unlogged, window: Window) -> FloatArray:
+def _weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
     """Answers (m, 2, K) of a window's samples in units of their weight."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
     sigma = sigma * problem.inflation[problem.kinds(window)]
-    return np.asarray(known.answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
+    return np.asarray(answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
 
 
 def most_likely(
@@ -128,7 +138,7 @@ def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Floa
     gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
     for w, error in zip(problem.windows, raw, strict=True):
         steady = (problem.kinds(w) != kernel.POSITION)[:, None]
-        power, vectors = _eigen(_weighted(problem, known, w) * steady[:, :, None], 1.0)
+        power, vectors = _eigen(_weighted(problem, known.answers, w) * steady[:, :, None], 1.0)
         along = np.einsum("mak,ma->k", vectors, error * steady)
         gains += np.sum(along**2 * share * power / (1.0 + share * power) - np.log1p(share * power), axis=1)
     return gains

@@ -1,4 +1,4 @@
-"""Every effect does what its definition says: actuators, water, air, sensors, clocks, loading."""
+"""Every effect does what its definition says, wherever it acts."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
-from scipy.signal import lfilter
 from test_kernel import FIRST, STEP, STEPS, parameters_of, stretch_of
 
-from identify.actuator_dynamics import deadband_neutral, first_order, play, rate_limited
-from identify.drive import actuators_of, drive
+from identify.acting import actuators_of
+from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.predict import run, shown
@@ -118,17 +117,6 @@ def test_at_its_null_an_effect_changes_nothing(effect, held):
         )
 
 
-def test_a_lag_is_first_order():
-    command = np.repeat(np.random.default_rng(0).uniform(-1, 1, 8), 40)
-    out = first_order(command, 0.01, 0.3)
-    keep = math.exp(-0.01 / 0.3)
-    ends = lfilter([1 - keep], [1, -keep], command - command[0]) + command[0]  # exact at the end of each step
-    begins = np.concatenate([[command[0]], ends[:-1]])
-    exact = command + (begins - command) * 0.3 / 0.01 * (1 - keep)  # mean over the step
-    assert np.allclose(out, exact, atol=1e-12)
-    assert np.array_equal(first_order(command, 0.01, 0.0), command)
-
-
 def test_a_delay_moves_the_input_and_nothing_else():
     structure, p, plain, q = with_effect("actuator_delay", {"delay": 0.25}, Variant("left"))
     stretch = stretch_of(MOTORS)
@@ -137,33 +125,6 @@ def test_a_delay_moves_the_input_and_nothing_else():
     assert np.allclose(late[shift:], prompt[:-shift], atol=1e-9)
     same = [actuator_of(s, x, stretch, "right") for s, x in ((structure, p), (plain, q))]
     assert np.array_equal(*same)
-
-
-def test_a_rate_limit_bounds_the_rate():
-    command = np.concatenate([np.zeros(20), np.ones(200), -np.ones(300)])
-    out = rate_limited(command, 0.01, 0.8)
-    assert np.abs(np.diff(out)).max() <= 1.5 * 0.8 * 0.01 + 1e-12  # means over steps, the last one a part
-    assert np.interp(0.5, out[20:220], np.arange(200) * 0.01) == pytest.approx(0.5 / 0.8, abs=0.01)
-    assert out[-1] == pytest.approx(-1.0)
-    assert np.array_equal(rate_limited(command, 0.01, 1e9), command)
-
-
-def test_play_follows_within_its_half_width():
-    command = 0.3 * np.sin(np.linspace(0, 12, 600))
-    out = play(command, 0.1, 0.0)
-    assert np.abs(out - command).max() <= 0.1 + 1e-12
-    moving_up = np.diff(out) > 1e-9
-    assert np.allclose((command - out)[1:][moving_up], 0.1)
-    assert np.ptp(out) == pytest.approx(0.6 - 0.2, abs=1e-3)
-
-
-@pytest.mark.parametrize("shifted", [False, True])
-def test_a_neutral_band_gives_nothing_near_zero(shifted):
-    command = np.linspace(-1, 1, 41)
-    out = deadband_neutral(command, 0.2, shifted)
-    inside = np.abs(command) <= 0.2
-    assert not out[inside].any()
-    assert np.allclose(out[~inside], (command - 0.2 * np.sign(command) * shifted)[~inside])
 
 
 def test_an_offset_adds():
@@ -356,11 +317,3 @@ def test_loading_acts_in_its_logs_alone(name, values, roles):
     changed = drive(structure, p, replace(stretch, name="b")).coefficients
     for term, a, b in zip(structure.table.terms, changed, same, strict=True):
         assert a == pytest.approx(roles[term.role] * b)
-
-
-@pytest.mark.parametrize("begin", [-1.0, 0.5])
-def test_play_begins_where_it_is_told_until_the_slack_is_taken_up(begin):
-    command = np.concatenate([np.zeros(50), np.full(50, 0.5)])
-    out = play(command, 0.1, begin)
-    assert np.allclose(out[:50], 0.1 * begin)
-    assert np.allclose(out[51:], 0.4)

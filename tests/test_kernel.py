@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
@@ -298,7 +300,7 @@ def test_lanes_equal_single_runs(model):
     assert misfits == pytest.approx(np.sum(error**2, axis=(1, 2)), rel=1e-9)
     assert misfits[3] < 1e-12
     for coefficients, states in zip(rows, found, strict=True):
-        alone = run(structure, d._replace(coefficients=coefficients, current=current), stretch, FIRST)
+        alone = run(structure, replace(d, coefficients=coefficients, current=current), stretch, FIRST)
         good = np.isfinite(alone).all(axis=1)
         assert good[:5].all()
         assert np.allclose(states[good], alone[good], rtol=1e-9, atol=1e-9)

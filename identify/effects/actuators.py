@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import combinations
 
-import numpy as np
-
-from identify.actuator_dynamics import deadband_neutral, first_order, play, rate_limited
-from identify.effect import Effect, FloatArray, Parameter, Setting, Values, Variant
+from identify.actuator_dynamics import deadband_neutral, displaced, first_order, play, rate_limited
+from identify.effect import Acting, Effect, FloatArray, Parameter, Setting, Values, Variant
 
 
 def _each(setting: Setting) -> list[Variant]:
@@ -22,7 +21,7 @@ ACTUATOR_LAG = Effect(
     "Step the actuator and film it, or log its feedback.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("time_constant", "s", 0.1, (0.0, 20.0), starts=(0.2, 1.0)),),
-    actuator=lambda p, a, dt, _: first_order(a, dt, p["time_constant"]),
+    actuator=lambda p, a, dt, _: first_order(*a, dt, p["time_constant"]),
     variants=_each,
 )  # fmt: skip
 
@@ -38,6 +37,9 @@ ACTUATOR_DELAY = Effect(
 )  # fmt: skip
 
 
+#: A rate from which on nothing is limited.
+UNLIMITED = 1e4
+
 ACTUATOR_RATE_LIMIT = Effect(
     "actuator_rate_limit", "actuator",
     "|ȧ| ≤ rate",
@@ -45,17 +47,19 @@ ACTUATOR_RATE_LIMIT = Effect(
     "Time a hard-over to hard-over.",
     "SOLAS II-1/29; Fossen 2011, sec. 12.3",
     parameters=(
-        Parameter("rate", "input's unit/s", 0.1, (1e-3, 1e4), null=1e4, starts=(0.08, 0.25, 0.8), relative=True),
+        Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.25, 0.8), relative=True),
     ),
-    actuator=lambda p, a, dt, _: rate_limited(a, dt, p["rate"]),
+    actuator=lambda p, a, dt, _: rate_limited(*a, dt, p["rate"] if p["rate"] < UNLIMITED else math.inf),
     variants=_each,
 )  # fmt: skip
 
 
-def _deadband(p: Values, series: FloatArray, _: float, options: Mapping[str, object]) -> FloatArray:
+def _deadband(p: Values, command: Acting, _: float, options: Mapping[str, object]) -> Acting:
     if options["form"] == "play":
-        return np.asarray(play(series, p["width"], options.get("begin", 0.0)), dtype=float)
-    return np.asarray(deadband_neutral(series, p["width"], options.get("shape") == "shifted"), dtype=float)
+        out, more = play(*command, p["width"], options.get("begin", 0.0))
+    else:
+        out, more = deadband_neutral(*command, p["width"], options.get("shape") == "shifted")
+    return out, more
 
 
 #: Backlash; no response near zero and as commanded outside; the same with what is lost near zero lost everywhere.
@@ -84,7 +88,7 @@ ACTUATOR_OFFSET = Effect(
     "Line the rudder or the thruster up by eye at zero command; trim of the controller.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True),),
-    actuator=lambda p, a, _, __: a + p["offset"],
+    actuator=lambda p, a, _, __: displaced(*a, p["offset"]),
     variants=_each,
 )  # fmt: skip
 

@@ -78,8 +78,8 @@ def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
         (Term("e2", "e1"), -omega * omega),
         (Term("e2", "e2"), -2.0 * p["damping"] * omega),
         (Term("e2", "ur"), 1.0),
-        (Term("v", "e1"), p["sway"]),
-        (Term("r", "e1"), p["yaw"]),
+        (Term("v", "e1", "roll"), p["sway"]),
+        (Term("r", "e1", "roll"), p["yaw"]),
     )
 
 

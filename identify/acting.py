@@ -1,0 +1,202 @@
+"""What the inputs do over a stretch: the actuators' series, and what each puts into the channels.
+
+What an input does is remembered as long as no effect acts on it, so that a search which changes one does not make the
+others again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from identify.effect import Active
+from identify.flow import PARAMETERS, channel_of
+from identify.forces import THRUSTING, shares, thrust, together
+from identify.resample import straight_lines
+from identify.stretch import SUBSTEPS, Stretch
+from identify.structure import Structure
+from preprocess.vessel import Input
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Values = Sequence[dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Share:
+    """What inputs that act together put into the channels.
+
+    ``places`` (k,) of those channels; ``fine`` (k, n·SUBSTEPS); ``mean`` and ``slope`` (n, k) of the lines through it.
+    """
+
+    places: tuple[int, ...]
+    fine: FloatArray
+    mean: FloatArray
+    slope: FloatArray
+
+
+@dataclass(frozen=True)
+class _Rewired:
+    """Effects that exchange inputs; the same where their labels are."""
+
+    labels: tuple[str, ...]
+    actives: tuple[Active, ...] = field(compare=False)
+
+
+def shares_of(structure: Structure, p: FloatArray, values: Values, stretch: Stretch) -> list[Share]:
+    """What every unit of inputs puts into the channels."""
+    inputs, names = structure.inputs, structure.table.channels
+    begins = input_clocks(structure, p, stretch, values)
+    rewired = _rewired(structure)
+    found = []
+    for unit in together(inputs):
+        if any(_touched(structure, i) for i in unit):
+            series = _series(structure, values, stretch, begins, unit)
+            found.append(_share(names, inputs, unit, series, stretch))
+        else:
+            needed = begins if rewired.labels else {i.name: begins[i.name] for i in unit}
+            key = (names, inputs, unit, tuple(needed.items()), rewired)
+            found.append(stretch.remembered(_untouched, *key))
+    return found
+
+
+def constant_channels(structure: Structure, p: FloatArray) -> FloatArray:
+    """Channels (nc,) before any input does anything."""
+    flow = {c: float(p[k]) for c, k in flow_channels(structure).items()}
+    return np.array([-1.0 if name == "−" else flow.get(name, 0.0) for name in structure.table.channels])
+
+
+def flow_channels(structure: Structure) -> dict[str, int]:
+    """Channels that carry the parameters of the flow behind the hull, and their slots."""
+    names = {q.name for q in PARAMETERS} if structure.model.flow else set()
+    return {channel_of(s.name): k for k, s in enumerate(structure.slots) if s.effect < 0 and s.name in names}
+
+
+def _untouched(
+    stretch: Stretch,
+    names: tuple[str, ...],
+    inputs: tuple[Input, ...],
+    unit: tuple[Input, ...],
+    begins: tuple[tuple[str, float], ...],
+    rewired: _Rewired,
+) -> Share:
+    """What inputs of one unit do on which no effect acts but delays and wiring."""
+    series, switching = _logged(stretch, dict(begins), rewired, {i.name for i in unit})
+    return _share(names, inputs, unit, series | _thrusts(unit, series, switching), stretch)
+
+
+def _share(
+    names: tuple[str, ...],
+    inputs: tuple[Input, ...],
+    unit: tuple[Input, ...],
+    series: dict[str, FloatArray],
+    stretch: Stretch,
+) -> Share:
+    places, fine = shares(names, inputs, unit, series)
+    fine = fine.reshape(len(places), stretch.steps * SUBSTEPS)
+    return Share(places, fine, *straight_lines(fine, SUBSTEPS))
+
+
+def actuators_of(
+    structure: Structure, p: FloatArray, values: Values, stretch: Stretch
+) -> dict[str, FloatArray]:
+    """Each input as the actuator made it, and ``"thrust NAME"`` with gains, on the fine grid (n·SUBSTEPS,)."""
+    begins = input_clocks(structure, p, stretch, values)
+    return _series(structure, values, stretch, begins, structure.inputs)
+
+
+def _series(
+    structure: Structure,
+    values: Values,
+    stretch: Stretch,
+    begins: dict[str, float],
+    some: tuple[Input, ...],
+) -> dict[str, FloatArray]:
+    """Some inputs as the actuator made them, and their thrusts."""
+    dt, names = stretch.h / SUBSTEPS, {i.name for i in some}
+    series, switching = _logged(stretch, begins, _rewired(structure), names)
+    for active, v in zip(structure.actives, values, strict=True):
+        name = active.variant.input
+        if active.effect.actuator and name in names:
+            command = series[name], switching[name]
+            series[name], switching[name] = active.effect.actuator(
+                v, command, dt, active.options_in(stretch.name)
+            )
+    forces = _thrusts(some, series, switching)
+    time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
+    for active, v in zip(structure.actives, values, strict=True):
+        for item in some:
+            if active.effect.gain and item.kind in THRUSTING and active.variant.input in (None, item.name):
+                forces[f"thrust {item.name}"] = forces[f"thrust {item.name}"] * active.effect.gain(v, time)
+    return series | forces
+
+
+def _logged(
+    stretch: Stretch, begins: dict[str, float], rewired: _Rewired, names: set[str]
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Some inputs' logged values on the fine grid as they are wired, and what switching adds to their square."""
+    needed = begins if rewired.labels else {n: begins[n] for n in names}
+    acting = {n: stretch.acting(n, begin) for n, begin in needed.items()}
+    series, switching = ({n: a[k] for n, a in acting.items()} for k in (0, 1))
+    for active in rewired.actives:
+        if active.effect.rewire:
+            series, switching = (active.effect.rewire(active.variant.options, x) for x in (series, switching))
+    return {n: series[n] for n in names}, switching
+
+
+def _thrusts(
+    some: tuple[Input, ...], series: dict[str, FloatArray], switching: dict[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """Thrust up to its gain of every input that gives any, with what its moving within a step adds to the square."""
+    found = {}
+    for item in some:
+        if item.kind in THRUSTING:
+            more = 0.0 if item.law == "linear" else switching[item.name]
+            found[f"thrust {item.name}"] = thrust(item, series[item.name]) + more
+    return found
+
+
+def _rewired(structure: Structure) -> _Rewired:
+    actives = tuple(a for a in structure.actives if a.effect.rewire)
+    return _Rewired(tuple(a.label for a in actives), actives)
+
+
+def _touched(structure: Structure, item: Input) -> bool:
+    """Whether an effect acts on an input, other than by a delay or by exchanging it."""
+    return any(
+        (a.effect.actuator is not None and a.variant.input == item.name)
+        or (a.effect.gain is not None and a.variant.input in (None, item.name))
+        for a in structure.actives
+    )
+
+
+def input_clocks(
+    structure: Structure, p: FloatArray, stretch: Stretch, values: Values | None = None
+) -> dict[str, float]:
+    """Time on each input's log, s, of what acts when a stretch begins."""
+    if values is None:
+        values = [structure.values(p, e) for e in range(len(structure.actives))]
+    begin = stretch.start + _lead(structure, p)
+    return {i.name: begin - _delay(structure, values, i.name) for i in structure.inputs}
+
+
+def lead_slot(structure: Structure) -> int | None:
+    """Where the lead of the inputs stands among the parameters, where it is one."""
+    return next((k for k, s in enumerate(structure.slots) if s.name == "input_lead" and s.effect < 0), None)
+
+
+def _lead(structure: Structure, p: FloatArray) -> float:
+    """How far the actuators are ahead of the logged inputs, s; the expected lead where it is not a parameter."""
+    slot = lead_slot(structure)
+    if slot is not None:
+        return float(p[slot])
+    return structure.input_lead[0] if structure.input_lead is not None else 0.0
+
+
+def _delay(structure: Structure, values: Values, name: str) -> float:
+    return sum(
+        active.effect.input_delay(v)
+        for active, v in zip(structure.actives, values, strict=True)
+        if active.effect.input_delay and active.variant.input in (None, name)
+    )
