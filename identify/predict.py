@@ -13,6 +13,9 @@ from identify.true_motion import antenna_shift, gyro_shown, heading_clock
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: Places of a stretch from which it is seen whether a model runs away.
+BEGINNINGS = 8
+
 
 def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
     """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r over ground."""
@@ -102,3 +105,17 @@ def relative_errors(
     """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``."""
     error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
     return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)
+
+
+def runs_away(structure: Structure, p: FloatArray, stretch: Stretch) -> bool:
+    """Whether a free run to the stretch's end leaves all bounds, from its first smoothed state or from a later one.
+
+    Coefficients that follow a log from one state may blow up from another that is a little off: many terms for few
+    manoeuvres. So runs begin at ``BEGINNINGS`` places.
+    """
+    d = drive(structure, p, stretch)
+    for begin in range(0, stretch.steps, max(1, -(-stretch.steps // BEGINNINGS))):
+        first = true_first_state(structure, d, stretch, begin)
+        if not np.isfinite(run(structure, d, stretch, first, begin)).all():
+            return True
+    return False

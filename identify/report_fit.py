@@ -53,6 +53,12 @@ def _of_noise(fitted: Fitted) -> FloatArray:
     information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
+    if fitted.disturbed is not None:
+        white = replace(problem, inflation=problem.inflation**2 / fitted.disturbed.left)
+        varied = _matrices(white, solution) + fitted.disturbed.varied
+        varied[:, range(NX), range(NX)] += known
+        spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
+        return np.asarray(inverse @ spread @ inverse, dtype=float)
     moved = moved_by_wander(
         problem, solution, Reduction(np.asarray(np.linalg.inv(states), dtype=float), through, inverse)
     )

@@ -60,7 +60,7 @@ class Problem:
     @cached_property
     def whitening(self) -> Whitening | None:
         """What the errors of every window are whitened by; None where the inputs hide nothing."""
-        return None if self.unlogged is None else whitening_of(self, self.unlogged)
+        return None if self.unlogged is None else whitening_of(self, self.unlogged.over(self).sized)
 
     @cached_property
     def rows(self) -> int:
@@ -164,13 +164,20 @@ def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatA
     return np.asarray(found, dtype=float)
 
 
+def begun(problem: Problem, structure: Structure, drives: Sequence[Drive], first: FloatArray) -> FloatArray:
+    """First states (w, 8) with those of an effect's own oscillator where the smoothed motion has brought them."""
+    if not structure.has_following_states:
+        return first
+    follow = [following_states(structure, d, s) for d, s in zip(drives, problem.stretches, strict=True)]
+    first = first.copy()
+    first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
+    return first
+
+
 def moments(problem: Problem, structure: Structure, p: FloatArray, first: FloatArray) -> Moments:
     """Predict every window and form its moments with respect to its first state and all parameters."""
     drives = [drive(structure, p, s) for s in problem.stretches]
-    if structure.has_following_states:
-        follow = [following_states(structure, d, s) for d, s in zip(drives, problem.stretches, strict=True)]
-        first = first.copy()
-        first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
+    first = begun(problem, structure, drives, first)
     along = [
         along_of(structure, directions(structure, p, s, d), d)
         for d, s in zip(drives, problem.stretches, strict=True)
@@ -242,7 +249,7 @@ def _of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
         along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1]),
         basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
-        work_for(width, shrink.shape[1]), found, errors,
+        work_for(width, shrink.shape[1]), found, errors, 0, np.zeros((0, 2, 0)),
     )  # fmt: skip
     return found, errors
 

@@ -1,0 +1,111 @@
+"""What pushes the vessel without being logged: told from what a fit leaves of it, and counted in standard errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from identify.base_fit import fit_from_scratch, over_whole_logs
+from identify.disturbance import with_disturbances
+from identify.disturbed import blocks_in, unit_answers
+from identify.drive import drive
+from identify.output_error import solve
+from identify.predict import run
+from identify.prepare import prepare
+from identify.report_fit import covariance_of
+from identify.windows import first_states, moments
+
+LOGS = ("zigzag", "random", "circle", "zigzag10")
+
+
+@cache
+def sailed(seed=3):
+    _, trials = trials_of("catamaran", LOGS, 60.0, seed, (), validate=1)
+    prepared = prepare(trials, "modulus")
+    return over_whole_logs(fit_from_scratch(prepared.structure, prepared.identify))
+
+
+def pushed(fitted, rng, size):
+    """The same logs with samples as a vessel shows them that is pushed at random times, refitted."""
+    s, problem = fitted.solution, fitted.problem
+    bare = replace(problem, inflation=np.ones(4))
+    now = moments(bare, s.structure, s.p, s.first)
+    drives = [drive(s.structure, s.p, x) for x in bare.stretches]
+    answers = unit_answers(bare, s.structure, drives, s.first, 31)  # jumps at places that no block knows
+    made = []
+    for k, (x, a) in enumerate(zip(bare.stretches, answers, strict=True)):
+        noise = rng.standard_normal(x.samples.value.shape) * x.samples.sigma[:, None]
+        noise[np.isin(x.samples.kind, (1, 2)), 1] = 0.0
+        jumps = rng.standard_normal((3, 31)) * np.array(size)[:, None]
+        value = x.samples.value - now.residuals[k] * x.samples.sigma[:, None] + noise
+        made.append(
+            replace(x, samples=replace(x.samples, value=value + np.einsum("madb,db->ma", a[:, :, :3], jumps)))
+        )
+    again = replace(problem, stretches=tuple(made))
+    solution = solve(again, s.structure, s.p, s.first, fitted.prior, anchor=first_states(again))
+    return replace(fitted, problem=again, solution=solution)
+
+
+def off(found, truth):
+    kept = [k for k, s in enumerate(found.solution.structure.slots) if s.coefficient >= 0]
+    return ((found.solution.p - truth) / np.sqrt(np.diag(covariance_of(found))))[kept]
+
+
+def test_pushes_far_below_the_noise_of_a_sample_are_counted():
+    """Jumps of the turning by under half of the gyro's noise: χ² says nothing, but the coefficients are off by them."""
+    fitted = sailed()
+    truth, plain, told = fitted.solution.p, [], []
+    for seed in range(5):
+        found = pushed(fitted, np.random.default_rng(seed), (1.2e-3, 1.2e-3, 1.2e-3))
+        assert found.chi2_per_dof < 1.1
+        plain.append(off(found, truth))
+        told.append(off(with_disturbances(found), truth))
+    assert np.sqrt(np.mean(np.square(plain))) > 1.8
+    assert 0.6 < np.sqrt(np.mean(np.square(told))) < 1.3
+
+
+def test_sizes_of_pushes_are_found():
+    fitted = sailed()
+    found = with_disturbances(pushed(fitted, np.random.default_rng(1), (0.0, 0.0, 2e-3)))
+    apart = 60.0 / 31.0  # s between two jumps: as white as their variance over this time
+    assert found.disturbed.sizes.push_time == 0.0
+    assert found.disturbed.sizes.push[2] == pytest.approx(2e-3 / np.sqrt(apart), rel=0.5)
+
+
+def test_white_noise_alone_widens_nothing_much():
+    fitted = sailed()
+    for seed in range(3):
+        found = pushed(fitted, np.random.default_rng(seed), (0.0, 0.0, 0.0))
+        wider = np.sqrt(np.diag(covariance_of(with_disturbances(found))) / np.diag(covariance_of(found)))
+        assert np.median(wider) < 1.25
+
+
+def test_answers_are_what_a_push_changes():
+    """Against runs with the velocity changed in the middle of a block."""
+    fitted = sailed()
+    s, problem = fitted.solution, replace(fitted.problem, inflation=np.ones(4))
+    drives = [drive(s.structure, s.p, x) for x in problem.stretches]
+    count = blocks_in(problem)
+    unit = unit_answers(problem, s.structure, drives, s.first, count)
+    w = problem.windows[0]
+    step = round(2.5 * w.steps / count)
+    tail = replace(w, first=w.first + step, steps=w.steps - step)
+    start = problem.stretches[w.stretch].samples.t - problem.stretches[w.stretch].start
+    late = start[w.samples] >= tail.first * problem.stretches[w.stretch].h
+    tail = replace(tail, samples=slice(w.samples.stop - int(late.sum()), w.samples.stop))
+    state = run(s.structure, drives[0], problem.stretches[0], s.first[0], w.first, w.steps)[step]
+    for d in range(3):
+        ends = []
+        for change in (1e-5, -1e-5):
+            moved = state.copy()
+            moved[3 + d] += change
+            part = replace(problem, windows=(tail,))
+            ends.append(moments(part, s.structure, s.p, moved[None]).residuals[0])
+        sigma = problem.stretches[0].samples.sigma[tail.samples]
+        change = -(ends[0] - ends[1]) / 2e-5 * sigma[:, None]
+        assert np.allclose(unit[0][tail.samples][:, :, d, 2], change, atol=2e-4 * np.abs(change).max())
+    assert np.array_equal(np.unique(unit[0][:, :, 3:].sum(axis=3)), [0.0, 1.0])
