@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from identify.chain import spreads
+from identify.disturbed import Disturbed
 from identify.left_out import Refit, joined_regularised
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
-from identify.predict import relative_errors
-from identify.prepare import Prepared, prepare
-from identify.regression import coefficient_scales, start_by_regression
+from identify.predict import relative_errors, runs_away
+from identify.prepare import Prepared
+from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import Problem, cut, first_states
 from ingest.errors import NotIdentifiable
-from preprocess.trial import Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -29,13 +30,14 @@ SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 #: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
 #: less than this.
 FOLLOWS = 0.5
-#: A length of the windows is gone on with so many times, each with weights as they are by then, before they are made
-#: longer.
+#: A length of the windows is gone on with so many times at most, each with weights as they are by then.
 PATIENCE = 4
-#: Ridge of a regression that a second search begins with, where the first ran away in windows as long as asked for.
+#: Ridge of a regression that a second search begins with, where the first ran away in long windows.
 FIRM = 1e-2
 #: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
 FAR = 3.0
+#: A fit that was begun elsewhere is clearly nearer the noise below this share of the other's cost.
+CLEARLY = 0.9
 #: Below this cost per degree of freedom a model is at the noise.
 NEAR = 1.2
 
@@ -44,13 +46,14 @@ NEAR = 1.2
 class Fitted:
     """A solution with the problem and the prior that it solves.
 
-    ``refits`` are fits of the same structure to fewer of the logs, where each was left out in turn.
+    ``refits`` are fits to fewer of the logs, each left out in turn; ``disturbed`` what shows of pushes that none logs.
     """
 
     problem: Problem
     prior: Prior
     solution: Solution
     refits: tuple[Refit, ...] = ()
+    disturbed: Disturbed | None = None
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -66,6 +69,11 @@ class Fitted:
             kind = self.problem.stretches[w.stretch].samples.kind[w.samples]
             total += float(np.sum(residual**2 * (self.problem.inflation[kind] ** 2)[:, None]))
         return total / self.degrees_of_freedom
+
+    @property
+    def runs_away(self) -> bool:
+        """Whether free runs leave all bounds over a log that was identified on: nobody should be given such a fit."""
+        return any(runs_away(self.solution.structure, self.solution.p, s) for s in self.problem.stretches)
 
 
 def window_length(length: float) -> float:
@@ -86,10 +94,10 @@ def fit_from_scratch(
     Parameters
     ----------
     structure : Structure
-    stretches : tuple of Stretch
-        To identify on.
+    stretches : tuple of Stretch, to identify on
     p : (np,), optional
-        Values of the effects' parameters to begin with; the coefficients come from regression.
+        Values of the effects' parameters to begin with; the coefficients come from regression. Without them nothing is
+        known yet, and a fit that stays off the noise is begun a second time with the axes apart.
     length : float, optional
         Of the windows at the end, s; by default long ones.
     rounds : int
@@ -97,11 +105,23 @@ def fit_from_scratch(
     """
     values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
-    found = _grown(structure, stretches, start_by_regression(structure, values, stretches), length)
+    begin = partial(start_by_regression, structure, values, stretches)
+    found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
-        firm = _grown(structure, stretches, start_by_regression(structure, values, stretches, FIRM), length)
-        found = max(found, firm, key=lambda f: f.problem.length)
-    return _calibrated(found, rounds)
+        found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
+    found = _calibrated(found, rounds)
+    if p is None and found.chi2_per_dof > NEAR and any(couples(t) for t in structure.table.terms):
+        with suppress(NotIdentifiable):
+            again = _grown(structure, stretches, begin(apart=True), length)
+            found = _farther(found, _calibrated(again, rounds))
+    return found
+
+
+def _farther(one: Fitted, other: Fitted) -> Fitted:
+    """The first of two fits, unless the other has longer windows, or is clearly nearer the noise in equal ones."""
+    if one.problem.length != other.problem.length:
+        return max(one, other, key=lambda f: f.problem.length)
+    return other if other.chi2_per_dof < CLEARLY * one.chi2_per_dof else one
 
 
 def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:
@@ -152,7 +172,7 @@ def _lengths(length: float) -> list[float]:
 def _begin(
     structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float
 ) -> tuple[Problem, FloatArray, Solution]:
-    """Windows in which the start does not run away: shorter ones, or with nothing but the effects' values."""
+    """Windows in which the start does not run away: shorter ones, or without any coefficients."""
     bare = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     for q, part in ((p, 1.0), (p, 0.4), (bare, 1.0)):
         problem = cut(stretches, part * length)
@@ -168,29 +188,6 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
     return solve(problem, structure, p, first_states(problem), held, budget=4)
 
 
-def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
-    """Prepare trials with their inputs read as the motion says: straight between samples, or held until the next.
-
-    A command that is changed at every sample looks like a measured angle; which it is decides where between two
-    samples a change came, and the likelihood tells.
-    """
-    plain = prepare(trials, model)
-    if all(m.held or m.sample_time < 0.03 for s in plain.identify for m in s.inputs.values()):
-        return plain
-    held = prepare(trials, model, held=True)
-    one, other = (fit_from_scratch(p.structure, p.identify, length=SHORT, rounds=1) for p in (plain, held))
-    here = replace(one.problem, unlogged=None)
-    sigma = zip(other.problem.stretches, one.problem.stretches, strict=True)
-    there = replace(
-        other.problem.weighted_as(here), stretches=tuple(replace(a, samples=b.samples) for a, b in sigma)
-    )
-    costs = [
-        solve(q, f.solution.structure, f.solution.p, f.solution.first, f.prior, budget=5).cost
-        for q, f in ((here, one), (there, other))
-    ]
-    return held if costs[1] < costs[0] else plain
-
-
 def fit_declared(prepared: Prepared) -> Fitted:
     """Fit the declared model alone."""
     return fit_for_prediction(prepared.structure, prepared.identify)
@@ -199,31 +196,29 @@ def fit_declared(prepared: Prepared) -> Fitted:
 def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
     """Fit a structure; far from the noise, by the length of windows that predicts the same logs best, free-running.
 
-    A model that lacks much fits long windows by coefficients that run away over a whole log; shorter windows, or the
-    regression alone, may then serve better.
+    A model that lacks much, or has many terms for little data, fits long windows by coefficients that run away over a
+    whole log; shorter windows, or the regression alone, may then serve better.
     """
     fitted = fit_from_scratch(structure, stretches)
-    if fitted.chi2_per_dof < FAR:
+    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
         return fitted
     found = [fitted]
     for way in QUICK_WAYS:
         with suppress(NotIdentifiable):
             found.append(way(structure, stretches))
-    return min(found, key=free_running_misfit)
+    return min(found, key=_astray)
 
 
 def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
     """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
 
     Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
-    left out best: coefficients that are only bent to what the model lacks do not get far. Else the lengths of windows
-    decide as for any other.
+    left out best: coefficients that are only bent to what the model lacks do not get far.
     """
     quick = fit_for_prediction(structure, stretches)
     with suppress(NotIdentifiable):
         joined = _by_joined_windows(structure, stretches)
-        if free_running_misfit(joined) < free_running_misfit(quick):
-            return joined
+        return min(quick, joined, key=_astray)
     return quick
 
 
@@ -269,9 +264,8 @@ def _at(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> 
 def over_whole_logs(fitted: Fitted) -> Fitted:
     """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
 
-    Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not
-    be fitted as well as the windows were, the model lacks something, and the fit stays as it was. So it does where
-    inputs hide something: a whole log has more of that than can be told apart.
+    Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not be
+    fitted as well, the model lacks something, and the fit stays as it was. So it does where inputs hide something.
     """
     whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
     if whole or fitted.chi2_per_dof > NEAR or fitted.problem.unlogged is not None:
@@ -285,6 +279,11 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
     solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
     found = Fitted(problem, fitted.prior, solution)
     return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
+
+
+def _astray(fitted: Fitted) -> tuple[bool, float]:
+    """Whether a fit runs away, then how far free runs over its own logs are off."""
+    return fitted.runs_away, free_running_misfit(fitted)
 
 
 def free_running_misfit(fitted: Fitted) -> float:

@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.drive import drive, input_clocks
+from identify.acting import input_clocks
+from identify.drive import drive
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
@@ -118,15 +119,15 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     change, x = _places(logged, at)
     by_delay = _by_delay(structure, p, stretch, name)
-    total = np.zeros((int(change.max()) + 1, by_delay.shape[1]))
-    np.add.at(total, change, by_delay * part)
+    changes = int(change.max()) + 1
+    total = np.array([np.bincount(change, row * part, changes) for row in by_delay])
     inside = (x > 0.0) & (x < 1.0)
     for k in HARMONICS:
         wave = _spread(k, logged.held) * np.sin(k * math.pi * x) * inside
         for parity in (0, 1):
             mine = inside & (change % 2 == parity)
             number = np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1)
-            yield _Series(number, *straight_lines(total[change] * (wave * mine)[:, None], SUBSTEPS))
+            yield _Series(number, *straight_lines(total[:, change] * (wave * mine), SUBSTEPS))
 
 
 def _spread(harmonic: int, held: bool) -> float:
@@ -150,7 +151,7 @@ def _places(logged: Measurement, at: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
-    """Derivatives (steps · SUBSTEPS, channels) of the channels by a delay of one input."""
+    """Derivatives (channels, steps · SUBSTEPS) of the channels by a delay of one input."""
     step = 0.5 * stretch.h / SUBSTEPS
     late, early = (drive(structure, p, _moved(stretch, name, shift)).fine for shift in (step, -step))
     return np.asarray((late - early) / (2.0 * step), dtype=float)

@@ -43,12 +43,12 @@ def fit_as_a_run_ends(
 ) -> Fitted:
     """Fit as ``seatrial run`` ends where it finds no effect: the default goes on over whole logs.
 
-    Near the noise the windows' fit is gone on with, far from it whole logs are fitted free-running where the model can
-    follow them. Parameters are those of ``fit_with``.
+    Near the noise the windows' fit is gone on with; far from it, and where it runs away over the logs that it is of,
+    whole logs are fitted free-running where the model can follow them. Parameters are those of ``fit_with``.
     """
     fitted = fit_with(prepared, estimator, optimiser, seed)
     if estimator not in ("auto", "output_error") or optimiser != "auto":
         return fitted
-    if fitted.chi2_per_dof < FAR:
+    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
         return over_whole_logs(fitted)
     return fit_far_from_noise(prepared.structure, prepared.identify)

@@ -10,7 +10,7 @@ from identify.drive import drive, sensor_of
 from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.stretch import Stretch
 from identify.structure import Slot, Structure
-from identify.term import FACTORS, factors_of
+from identify.term import FACTORS, Term, factors_of
 from identify.true_motion import true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -115,12 +115,34 @@ def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[
 
 
 def start_by_regression(
-    structure: Structure, p: FloatArray, stretches: Sequence[Stretch], ridge: float = 1e-4
+    structure: Structure,
+    p: FloatArray,
+    stretches: Sequence[Stretch],
+    ridge: float = 1e-4,
+    apart: bool = False,
 ) -> FloatArray:
-    """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``."""
+    """Coefficients by ridge regression of the smoothed accelerations, effects held at the values in ``p``.
+
+    With ``apart`` the axes answer to their own motion alone (``couples``). A vessel drifts as it turns, so that sway
+    and yaw rate look alike: a regression of noisy motion may have each damped by the other, and a search that begins
+    there stays there.
+    """
     design = np.vstack([regressors(structure, p, s) for s in stretches])
     target = np.vstack([true_accelerations(structure, p, s) for s in stretches])
+    if apart:
+        design[:, [k for k, term in enumerate(structure.table.terms) if couples(term)]] = 0.0
     return solve_regression(structure, p, design, target, ridge)
+
+
+#: Motion that is another axis's, by equation; a turn with headway is the centripetal part of the sway itself.
+_OTHERS = {"u": {"v", "|v|", "r", "|r|"}, "v": {"r", "|r|"}, "r": {"v", "|v|"}}
+
+
+def couples(term: Term) -> bool:
+    """Whether a term is what the motion along another axis does to its own."""
+    factors = set(factors_of(term.text))
+    turning_with_headway = term.dof == "v" and "u" in factors
+    return bool(factors & _OTHERS.get(term.dof, set())) and not turning_with_headway
 
 
 def _slots_of(structure: Structure, equation: int) -> tuple[list[int], list[int]]:

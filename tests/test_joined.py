@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from identification_samples import modulus_truth, trials_of
 
+from identify import base_fit
 from identify.base_fit import (
+    FAR,
     fit_declared,
     fit_from_scratch,
     free_running_misfit,
@@ -38,6 +40,19 @@ def test_a_free_run_over_whole_logs_finds_the_truth():
     gain = next(k for k, s in enumerate(slots) if s.term is not None and s.term.text == "T:thruster")
     assert found.p[gain] == pytest.approx(truth["u", "T:thruster"], rel=0.05)
     assert found.cost < 0.05 * sum(s.steps for s in prepared.identify)
+
+
+def test_a_fit_that_runs_away_over_its_own_logs_is_refused(monkeypatch):
+    _, prepared = sample()
+    good = fit_from_scratch(prepared.structure, prepared.identify)
+    p = good.solution.p.copy()
+    p[next(k for k, s in enumerate(prepared.structure.slots) if s.name == "N_r|r|")] = 3.0
+    bad = replace(good, solution=replace(good.solution, p=p))
+    assert bad.runs_away and not good.runs_away
+    assert bad.chi2_per_dof < FAR
+    fits = iter([bad, good, good])
+    monkeypatch.setattr(base_fit, "fit_from_scratch", lambda *_, **__: next(fits))
+    assert not base_fit.fit_for_prediction(prepared.structure, prepared.identify).runs_away
 
 
 def test_firmer_joints_leave_smaller_jumps():

@@ -13,7 +13,7 @@ from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of, tria
 
 from identify.choice_words import choice_in_words
 from identify.choose_model import CONSIDERED, Considered, choose_model, missing_inputs, simplest
-from identify.forces import channel_names, channels
+from identify.forces import channel_names, shares, together
 from identify.models import MODEL_BY_NAME, MODELS, terms_for
 from identify.regression import factor_values
 from identify.structure import structure_for
@@ -158,13 +158,22 @@ def test_a_term_without_its_input_is_left_out_and_said():
     assert any("δ" in n and "left out" in n for n in notes)
 
 
+def driven(names, inputs, series):
+    """What every channel is when the inputs are as in ``series``."""
+    out = np.zeros(len(names))
+    for unit in together(inputs):
+        places, rows = shares(names, inputs, unit, series)
+        out[list(places)] += rows[:, 0]
+    return out
+
+
 def test_geometry_gives_thrust_its_sign_and_arm():
     names = channel_names(MOTORS)
     series = {
         "left": np.array([0.5]), "right": np.array([-0.2]), "thrust left": np.array([0.25]),
         "thrust right": np.array([-0.04]),
     }  # fmt: skip
-    row = dict(zip(names, channels(names, MOTORS, series, 1)[0], strict=True))
+    row = dict(zip(names, driven(names, MOTORS, series), strict=True))
     assert row["T:thruster"] == pytest.approx(0.25 - 0.04)
     assert row["N:thruster"] == pytest.approx(0.3 * 0.25 + 0.3 * 0.04)
     assert row["|n|n"] == pytest.approx(0.21)
@@ -177,7 +186,7 @@ def test_an_azimuth_turns_the_thrust_of_its_propeller():
     )
     names = channel_names(inputs)
     series = {"n": np.array([3.0]), "a": np.array([np.pi / 2]), "thrust n": np.array([9.0])}
-    row = dict(zip(names, channels(names, inputs, series, 1)[0], strict=True))
+    row = dict(zip(names, driven(names, inputs, series), strict=True))
     assert row["T:propeller"] == pytest.approx(0.0, abs=1e-12)
     assert row["F:propeller"] == pytest.approx(9.0)
     assert row["N:propeller"] == pytest.approx(-0.4 * 9.0)

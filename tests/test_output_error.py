@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -10,6 +11,7 @@ import pytest
 from identification_samples import modulus_truth, trials_of
 
 from fixtures.effects import Effect
+from fixtures.sensors import Suite
 from identify.base_fit import fit_declared, fit_from_scratch
 from identify.by_optimiser import box_around, fit_by_optimiser, objective_for
 from identify.choose_model import choose_model
@@ -19,10 +21,11 @@ from identify.effects import CURRENT
 from identify.fit_with import fit_with
 from identify.output_error import Stopped, reduce, solve
 from identify.prepare import prepare
-from identify.regression import start_by_regression
+from identify.regression import couples, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect, make_fit
 from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters
+from identify.term import Term
 from identify.windows import cut, first_states, moments
 from ingest.errors import NotIdentifiable
 
@@ -230,6 +233,42 @@ def test_a_switch_within_a_part_of_a_step_gives_its_mean_thrust():
         for n, m in stretch.inputs.items()
     }
     d = drive(structure, null_parameters(structure), replace(stretch, inputs=inputs))
-    thrust = d.fine[:, structure.table.channels.index("T:thruster")] / len(inputs)
+    thrust = d.fine[structure.table.channels.index("T:thruster")] / len(inputs)
     at = 3 * SUBSTEPS
     assert thrust[at - 1 : at + 2] == pytest.approx([0.04, 0.4 * 0.04 + 0.6, 1.0])
+
+
+def test_a_fit_does_not_take_drift_for_turning():
+    """Sway that is smoothed from poor positions lets yaw be damped by drift in the regression, and the fit after it."""
+    rng, suite = np.random.default_rng(2), Suite()
+    suite = replace(suite, position=replace(suite.position, noise=0.15))
+    _, trials = trials_of("usv", ("random", "zigzag", "zigzag"), 90.0, 2, suite=suite)
+    mean = np.ones(31) / 31
+
+    def blurred(trial):
+        states = trial.states.copy()
+        wrong = 0.1 * math.sqrt(31) * np.convolve(rng.normal(size=len(states) + 30), mean, "valid")
+        states["v"] = np.convolve(np.pad(states["v"], 15, mode="edge"), mean, "valid") + wrong
+        return replace(trial, states=states)
+
+    prepared = prepare([blurred(t) for t in trials], "modulus")
+    begin = start_by_regression(prepared.structure, null_parameters(prepared.structure), prepared.identify)
+    names = [s.name for s in prepared.structure.slots]
+    assert begin[names.index("N_v")] > 0.1
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    assert fitted.chi2_per_dof == pytest.approx(1.0, abs=0.05)
+    assert fitted.solution.p[names.index("N_v")] == pytest.approx(-60.0 / 420.0, abs=0.1)
+
+
+def test_what_another_axis_does_is_told_from_the_centripetal_part():
+    told = {
+        (d, t): couples(Term(d, t))
+        for d, t in (("v", "ur"), ("v", "r"), ("r", "v"), ("r", "r|r|"), ("u", "vr"))
+    }
+    assert told == {
+        ("v", "ur"): False,
+        ("v", "r"): True,
+        ("r", "v"): True,
+        ("r", "r|r|"): False,
+        ("u", "vr"): True,
+    }

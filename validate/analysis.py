@@ -8,10 +8,12 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs, prepare_best
+from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs
+from identify.disturbance import with_disturbances
 from identify.effect import Active
 from identify.fit import Fit
 from identify.fit_with import fit_with
+from identify.held_inputs import prepare_best
 from identify.models import MODEL_BY_NAME
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
@@ -20,6 +22,7 @@ from validate.diagnosis import Diagnosis, Validation
 from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.scores import predictions, validation
+from validate.sure import surely
 from validate.tables import actuator_tables, prediction_tables
 from validate.unseen import speak_against
 from validate.verdict import diagnose
@@ -80,6 +83,9 @@ def analyse(
     progress("validate", "unseen logs", 0.7)
     if outcome and outcome.standing:
         outcome, after = _borne_out(prepared, declared, outcome, after)
+    if outcome and after is outcome.fitted:
+        outcome = surely(outcome)
+        after = outcome.fitted if outcome.standing else declared
     near = _nearest(after, outcome)
     waves = find_waves(near) if loop and near.chi2_per_dof < TOO_FAR_FOR_WAVES else None
     windowed = after
@@ -138,11 +144,14 @@ def _identify(
 def _finished(
     declared: Fitted, after: Fitted, outcome: Outcome | None
 ) -> tuple[Fitted, Fitted, Outcome | None]:
-    """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data."""
-    whole = over_whole_logs(declared)
+    """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data.
+
+    Its standard errors count what pushed the vessel without being logged.
+    """
+    whole = with_disturbances(over_whole_logs(declared))
     if outcome is None or after is not outcome.fitted:
-        return whole, whole if after is declared else over_whole_logs(after), outcome
-    found = over_whole_logs(after)
+        return whole, whole if after is declared else with_disturbances(over_whole_logs(after)), outcome
+    found = with_disturbances(over_whole_logs(after))
     return whole, found, replace(outcome, fitted=found)
 
 
@@ -168,7 +177,7 @@ def _windowed(estimator: str, optimiser: str) -> bool:
 
 def _far(declared: Fitted, outcome: Outcome | None) -> bool:
     """Whether nothing that was found brings the model near the noise, or was found at all (the wiring apart)."""
-    if declared.chi2_per_dof < FAR:
+    if declared.chi2_per_dof < FAR and not declared.runs_away:
         return False
     return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
 

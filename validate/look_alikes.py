@@ -54,7 +54,7 @@ def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
 
 def loss_without(fitted: Fitted, index: int) -> float:
     """What dropping an effect would cost: to first order where that is much, else by refit."""
-    mine, away = _effect(fitted, index)
+    mine, away = departure(fitted, index)
     information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
     others = np.setdiff1d(np.arange(len(information)), mine)
     linear = float(away @ _left(information, others, mine) @ away)
@@ -64,7 +64,7 @@ def loss_without(fitted: Fitted, index: int) -> float:
     return dispersed_cost(fitted.problem, without) - dispersed_cost(fitted.problem, fitted.solution)
 
 
-def _effect(fitted: Fitted, index: int) -> tuple[IntArray, FloatArray]:
+def departure(fitted: Fitted, index: int) -> tuple[IntArray, FloatArray]:
     """Places of an effect's parameters, and how far they are from where it is nothing."""
     slots = fitted.solution.structure.slots
     mine = np.array([k for k, s in enumerate(slots) if s.effect == index], dtype=np.int64)
@@ -100,7 +100,7 @@ def standing(fitted: Fitted, index: int) -> Standing:
     rivals = [a for a in candidates(structure.without(index)) if a.label != active.label]
     tried = [(a, _as_good(fitted, index, a)) for a in _overlapping(fitted, index, rivals, gain)]
     near = [(a, fit) for a, fit in tried if fit is not None]
-    p_value = significance(gain, len(_effect(fitted, index)[0]), len(rivals) + 1)
+    p_value = significance(gain, len(departure(fitted, index)[0]), len(rivals) + 1)
     names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
 
@@ -139,7 +139,7 @@ def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list
     information, _, cost = normal(fitted, wide, p)
     if not np.isfinite(cost):
         return []
-    effect, away = _effect(fitted, index)
+    effect, away = departure(fitted, index)
     effect = _translated(fitted.solution.structure, wide, effect)
     rest = np.setdiff1d(np.arange(len(information)), np.concatenate([effect, *places]))
     found = []

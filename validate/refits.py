@@ -57,10 +57,11 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
 
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
-    problem, first = base.problem, base.solution.first
+    problem = base.problem
     value = best_value(structure, problem.stretches, screened.unmoved)
     if value is None:
-        return start_by_regression(structure, screened.p, problem.stretches), first
+        p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
+        return p, fit_states(problem, structure, p).first
     length = min(SHORT, problem.length)
     p = fit_from_scratch(structure, problem.stretches, value, length=length, rounds=0).solution.p
     return p, fit_states(problem, structure, p).first

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from identify.drive import actuators_of
+from identify.acting import actuators_of
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
 from preprocess.signals import STATES
