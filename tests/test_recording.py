@@ -360,6 +360,7 @@ def state_of(url, file):
     while time.monotonic() < patience:
         try:
             client = ViewerClient(url)
+            client.take_screenshot()  # without a graphics driver it answers at first, and then ends
         except ConnectionError:
             time.sleep(0.3)
             continue
