@@ -18,6 +18,7 @@ from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors, runs_away
 from identify.prepare import Prepared
 from identify.regression import coefficient_scales, couples, start_by_regression
+from identify.settled import Settled, settled
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import Problem, cut, first_states
@@ -128,21 +129,20 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
     """Fit ever longer windows from ``p``; what runs away in windows of a length stays with the shorter ones."""
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     lengths = _lengths(length)
-    problem, p, solution = _begin(structure, stretches, p, lengths[0])
+    problem, begun = _begin(structure, stretches, p, lengths[0])
+    p, solution = begun.p, None
     for size in lengths:
-        longer = cut(problem.stretches, size).weighted_as(problem)
-        started = fit_states(longer, structure, p)
-        if not np.isfinite(started.cost):
+        longer = problem if size == problem.length else cut(problem.stretches, size).weighted_as(problem)
+        begun = begun if longer is problem else settled(longer, structure, p)
+        if not np.isfinite(begun.cost):
             break
-        problem, solution = calibrated_anew(longer, started), started
+        problem, first = calibrated_anew(longer, begun), begun.first
         for _ in range(PATIENCE):
-            solution = solve(
-                problem, structure, p, solution.first, prior, budget=25, tolerance=1e-4 * problem.rows
-            )
-            problem, p = calibrated_anew(problem, solution), solution.p
+            solution = solve(problem, structure, p, first, prior, budget=25, tolerance=1e-4 * problem.rows)
+            problem, p, first = calibrated_anew(problem, solution), solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break
-    return Fitted(problem, prior, solution)
+    return Fitted(problem, prior, solution or solve(problem, structure, p, begun.first, prior, budget=0))
 
 
 def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
@@ -171,21 +171,22 @@ def _lengths(length: float) -> list[float]:
 
 def _begin(
     structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float
-) -> tuple[Problem, FloatArray, Solution]:
+) -> tuple[Problem, Settled]:
     """Windows in which the start does not run away: shorter ones, or without any coefficients."""
     bare = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     for q, part in ((p, 1.0), (p, 0.4), (bare, 1.0)):
         problem = cut(stretches, part * length)
-        solution = fit_states(problem, structure, q)
-        if np.isfinite(solution.cost):
-            return problem, q, solution
+        found = settled(problem, structure, q)
+        if np.isfinite(found.cost):
+            return problem, found
     raise NotIdentifiable("the model runs away from the measurement at once, whatever its coefficients.")
 
 
 def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:
-    """Fit the windows' first states alone, the parameters held."""
-    held = Prior(p, np.full(len(p), 1e-9))
-    return solve(problem, structure, p, first_states(problem), held, budget=4)
+    """The solution at parameters that are held, every window's first state at its best."""
+    found = settled(problem, structure, p)
+    held = Prior(found.p, np.full(len(p), 1e-9))
+    return solve(problem, structure, p, found.first, held, anchor=first_states(problem), budget=0)
 
 
 def fit_declared(prepared: Prepared) -> Fitted:
@@ -223,11 +224,11 @@ def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> 
 
 
 def _by_short_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    return fit_from_scratch(structure, stretches, length=SHORT)
+    return fit_from_scratch(structure, stretches, null_parameters(structure), length=SHORT, rounds=0)
 
 
 def _by_middling_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    return fit_from_scratch(structure, stretches, length=2.0 * SHORT)
+    return fit_from_scratch(structure, stretches, null_parameters(structure), length=2.0 * SHORT, rounds=0)
 
 
 def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:

@@ -15,6 +15,7 @@ from scipy.fft import next_fast_len
 
 from identify import kernel
 from identify.output_error import Solution
+from identify.settled import Settled
 from identify.stretch import Stretch
 from identify.unlogged import most_likely
 from identify.windows import Moments, Problem
@@ -127,7 +128,7 @@ def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
     return float(np.sqrt(sum(np.sum(e**2) for e in errors) / sum(e.size for e in errors))) if errors else 1.0
 
 
-def calibrated(problem: Problem, solution: Solution) -> Problem:
+def calibrated(problem: Problem, solution: Solution | Settled) -> Problem:
     """The problem with every stream's σ from its own errors, its inflation by their size, and their dispersion.
 
     What the inputs hide between their samples stays as it is.
@@ -146,7 +147,7 @@ def calibrated(problem: Problem, solution: Solution) -> Problem:
     return replace(bare, stretches=stretches, inflation=inflation, dispersion=dispersion)
 
 
-def calibrated_anew(problem: Problem, solution: Solution) -> Problem:
+def calibrated_anew(problem: Problem, solution: Solution | Settled) -> Problem:
     """``calibrated``, and what the inputs hide between their samples as the errors are most likely with."""
     found = calibrated(replace(problem, unlogged=None), solution)
     if float(found.dispersed.inflation.max()) < SUSPECT:
@@ -163,7 +164,7 @@ def calibrated_anew(problem: Problem, solution: Solution) -> Problem:
     return found if known is None else calibrated(replace(problem, unlogged=known), solution)
 
 
-def recalibrated(problem: Problem, solution: Solution) -> Problem:
+def recalibrated(problem: Problem, solution: Solution | Settled) -> Problem:
     """``calibrated``; where inputs hide something, as the solution now answers to it."""
     return (calibrated if problem.unlogged is None else calibrated_anew)(problem, solution)
 

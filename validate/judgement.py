@@ -9,9 +9,10 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, Fitted, fit_from_scratch, fit_states, free_running_misfit
+from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
+from identify.settled import settled
 from identify.structure import Structure
 from identify.windows import Problem, first_states
 from validate.candidates import Screened
@@ -67,7 +68,7 @@ def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
     """The same structure fitted under another problem's weights, and windows where those differ, from where it was."""
     s = fitted.solution
     alike = len(s.first) == len(problem.windows)
-    first = s.first if alike else fit_states(problem, s.structure, s.p).first
+    first = s.first if alike else settled(problem, s.structure, s.p).first
     anchor, tolerance = first_states(problem), step_tolerance(fitted)
     solution = solve(
         problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance

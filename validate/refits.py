@@ -9,9 +9,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from identify.base_fit import FAR, SHORT, Fitted, fit_from_scratch, fit_states
+from identify.base_fit import FAR, SHORT, Fitted, fit_from_scratch
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
+from identify.settled import settled
 from identify.structure import Structure
 from identify.windows import first_states
 from validate.begins import from_where_it_was
@@ -61,10 +62,10 @@ def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tupl
     value = best_value(structure, problem.stretches, screened.unmoved)
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
-        return p, fit_states(problem, structure, p).first
+        return p, settled(problem, structure, p).first
     length = min(SHORT, problem.length)
     p = fit_from_scratch(structure, problem.stretches, value, length=length, rounds=0).solution.p
-    return p, fit_states(problem, structure, p).first
+    return p, settled(problem, structure, p).first
 
 
 def _total(solution: Solution) -> float:

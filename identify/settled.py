@@ -1,0 +1,90 @@
+"""The windows' first states at their best, the parameters held: each window for itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.kernel import NX
+from identify.structure import Structure
+from identify.windows import Moments, Problem, first_states, moments, state_precision
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+#: So many steps are taken at most, and none that promises less than this of the cost in all.
+STEPS, TOLERANCE = 4, 0.05
+
+
+@dataclass(frozen=True)
+class Settled:
+    """First states (w, 8) for held parameters ``p``, and the moments (w, 9, 9) of what is left."""
+
+    structure: Structure
+    p: FloatArray
+    first: FloatArray
+    moments: Moments
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared normalised errors; not a number where a window runs away from the first step on."""
+        return self.moments.cost
+
+
+def settled(problem: Problem, structure: Structure, p: FloatArray) -> Settled:
+    """Fit the windows' first states alone, from the smoothed motion, by a damped Gauss-Newton search for each.
+
+    Parameters
+    ----------
+    problem : Problem
+    structure : Structure
+    p : (np,)
+    """
+    anchor, known = first_states(problem), state_precision(structure)
+    first, now = anchor, moments(problem, structure, p, anchor, held=True)
+    damping = np.full(len(anchor), 1e-3)
+    for _ in range(STEPS if np.isfinite(now.cost) else 0):
+        step, promised = _steps(now, first - anchor, known, damping)
+        if promised < TOLERANCE:
+            break
+        trial = moments(problem, structure, p, first + step, held=True)
+        better = _costs(trial, first + step - anchor, known) < _costs(now, first - anchor, known)
+        first = np.where(better[:, None], first + step, first)
+        now = _chosen(better, trial, now)
+        damping = np.where(better, damping * 0.1, damping * 100.0)
+    return Settled(structure, p, first, now)
+
+
+def _costs(found: Moments, away: FloatArray, known: FloatArray) -> FloatArray:
+    """Cost (w,) of every window with what is known of its first state."""
+    return np.asarray(found.matrices[:, -1, -1] + away**2 @ known, dtype=float)
+
+
+def _steps(
+    now: Moments, away: FloatArray, known: FloatArray, damping: FloatArray
+) -> tuple[FloatArray, float]:
+    """Damped steps (w, 8) and the gain that they promise in all."""
+    a, slope = now.matrices[:, :NX, :NX].copy(), now.matrices[:, :NX, -1] - away * known
+    index = np.arange(NX)
+    a[:, index, index] = (a[:, index, index] + known) * (1.0 + damping[:, None])
+    scale = 1.0 / np.sqrt(a[:, index, index])
+    a *= scale[:, :, None] * scale[:, None, :]
+    a[:, index, index] += 1e-13
+    step = np.linalg.solve(a, (slope * scale)[:, :, None])[:, :, 0] * scale
+    return step, float(np.sum(slope * step))
+
+
+def _chosen(better: BoolArray, trial: Moments, now: Moments) -> Moments:
+    """Of every window the moments of its better first state."""
+
+    def chosen(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+        return tuple(a if b else c for a, b, c in zip(one, better, other, strict=True))
+
+    matrices = np.where(better[:, None, None], trial.matrices, now.matrices)
+    return replace(
+        now,
+        matrices=matrices,
+        residuals=chosen(trial.residuals, now.residuals),
+        raw=chosen(trial.raw, now.raw),
+    )
