@@ -8,6 +8,7 @@ linkage begins, the program finds by a search of its own.
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from benchmarks.blind.oracle import active_of, start_values
 from fixtures.blind import draw_case, write_case
 from identify.base_fit import Fitted, fit_from_scratch, over_whole_logs
 from identify.disturbance import with_disturbances
-from identify.fit import Fit
+from identify.fit import Estimated, Fit
 from identify.held_inputs import prepare_best
 from identify.prepare import Prepared
 from identify.report_fit import make_fit
@@ -90,11 +91,17 @@ def _made(prepared: Prepared, fitted: Fitted) -> Fit:
 def _found(values: Values, plain: Fit, now: Fit) -> list[Found]:
     """Errors over standard errors, and these over what they are without disturbances."""
     return [
-        Found(f"{one.name}.{q.name}", (q.value - values[k, q.name]) / q.stderr, q.stderr / p.stderr)
+        Found(f"{one.name}.{q.name}", _off(q, values[k, q.name]) / q.stderr, q.stderr / p.stderr)
         for k, (was, one) in enumerate(zip(plain.effects, now.effects, strict=True))
         for p, q in zip(was.parameters, one.parameters, strict=True)
         if (k, q.name) in values and q.stderr > 0
     ]
+
+
+def _off(found: Estimated, true: float) -> float:
+    """How far a value is off the truth; an angle by the shorter way round."""
+    away = found.value - true
+    return math.remainder(away, 2.0 * math.pi) if found.unit == "rad" else away
 
 
 def summary(found: Sequence[Found]) -> str:

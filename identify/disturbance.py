@@ -60,7 +60,10 @@ def with_disturbances(fitted: Fitted) -> Fitted:
     unit = unit_answers(bare, structure, drives, begun(bare, structure, drives, s.first), blocks_in(bare))
     if unit is None:
         return fitted
-    sizes = most_likely(bare, fitted, unit)
+    try:
+        sizes = most_likely(bare, fitted, unit)
+    except np.linalg.LinAlgError:  # what the data hardly tell: the standard errors stay as they are
+        return fitted
     if sizes is None:
         return fitted
     answers = sized(bare, sizes, unit)

@@ -143,7 +143,7 @@ def _of_stretch(
         return None
     sensing = sensing_of(np.ones(4), stretch, d.sensor, np.zeros((kernel.NM, padded(kernel.NX))))
     for b in range(count):
-        places = [round((b + 0.5) * w.steps / count) for _, w in windows]
+        places = [min(round((b + 0.5) * w.steps / count), w.steps - 1) for _, w in windows]
         states = np.array([path[at] for path, at in zip(paths, places, strict=True)])
         parts = [_rest(problem, w, at) for (_, w), at in zip(windows, places, strict=True)]
         answers[:, :, :PUSHED, b] = rows_of(

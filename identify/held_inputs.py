@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from identify.base_fit import SHORT, fit_from_scratch
 from identify.output_error import solve
 from identify.prepare import Prepared, prepare
@@ -30,4 +32,4 @@ def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
         solve(q, f.solution.structure, f.solution.p, f.solution.first, f.prior, budget=5).cost
         for q, f in ((here, one), (there, other))
     ]
-    return held if costs[1] < costs[0] else plain
+    return plain if costs[0] <= costs[1] or not np.isfinite(costs[1]) else held

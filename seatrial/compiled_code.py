@@ -23,14 +23,15 @@ def forget_stale_code(root: Path | None = None) -> int:
     ----------
     root : Path, optional
         Folder that holds the stages; default: the one that holds ``seatrial``. Nothing is done where it may not be
-        written to.
+        written to: numba then keeps its code elsewhere, and an installation anew makes all of it anew. What
+        ``NUMBA_CACHE_DIR`` holds is its owner's.
     """
     root = root or Path(__file__).resolve().parents[1]
-    note, now = root / next(iter(STAGES)) / "__pycache__" / NOTE, _state_of(root)
-    if note.is_file() and note.read_text("ascii", "replace") == now:
-        return 0
-    removed = 0
+    note, removed = root / next(iter(STAGES)) / "__pycache__" / NOTE, 0
     with suppress(OSError):
+        now = _state_of(root)
+        if note.is_file() and note.read_text("ascii", "replace") == now:
+            return 0
         for stage in STAGES:
             for file in (root / stage).rglob("__pycache__/*.nb[ci]"):
                 file.unlink(missing_ok=True)
@@ -42,6 +43,6 @@ def forget_stale_code(root: Path | None = None) -> int:
 
 def _state_of(root: Path) -> str:
     """A digest of the sources' names, sizes and times."""
-    files = sorted(p for stage in STAGES for p in (root / stage).rglob("*.py"))
+    files = sorted(p for stage in STAGES for p in (root / stage).rglob("*.py") if p.is_file())
     facts = [f"{p.relative_to(root)} {s.st_size} {s.st_mtime_ns}" for p in files for s in (p.stat(),)]
     return hashlib.sha256("\n".join(facts).encode()).hexdigest()

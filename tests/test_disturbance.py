@@ -55,6 +55,16 @@ def off(found, truth):
     return ((found.solution.p - truth) / np.sqrt(np.diag(covariance_of(found))))[kept]
 
 
+def test_a_window_of_fewer_steps_than_blocks_beside_long_ones():
+    fitted = sailed()
+    s, problem = fitted.solution, fitted.problem
+    short = replace(problem.windows[0], steps=5)
+    mixed = replace(problem, windows=(short, *problem.windows[1:]))
+    drives = [drive(s.structure, s.p, x) for x in mixed.stretches]
+    answers = unit_answers(mixed, s.structure, drives, s.first, 16)
+    assert all(np.isfinite(a).all() for a in answers)
+
+
 def test_pushes_far_below_the_noise_of_a_sample_are_counted():
     """Jumps of the turning by under half of the gyro's noise: χ² says nothing, but the coefficients are off by them."""
     fitted = sailed()

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import io
+import struct
 from pathlib import Path
 
 import h5py
@@ -334,6 +335,24 @@ def test_matlab_numbers_of_a_type_that_is_none_cost_their_variable_alone(tmp_pat
     log = read_log(_written(tmp_path / "run.mat", bytes(raw)), format="matlab")
     assert [f.kind for f in log.findings].count("damaged") == 1
     assert len(log.tables[""].columns) >= 1
+
+
+def test_a_matlab_function_handle_costs_nothing(tmp_path):
+    """Its part is a matrix itself (class 16), as those of the opaque texts and times of newer versions are (17)."""
+    with (tmp_path / "plain.mat").open("wb") as file:
+        savemat(file, vectors(), do_compression=False)
+    raw = (tmp_path / "plain.mat").read_bytes()
+    size = 8 + struct.unpack_from("<I", raw, 132)[0]
+    flags, extent, name = (
+        struct.pack("<4I", 6, 8, 16, 0),
+        struct.pack("<4I", 5, 8, 1, 1),
+        b"\x01\0\x01\0f\0\0\0",
+    )
+    inside = flags + extent + name + raw[128 : 128 + size]
+    path = _written(tmp_path / "run.mat", raw + struct.pack("<2I", 14, len(inside)) + inside)
+    plain, log = read_log(tmp_path / "plain.mat"), read_log(path)
+    assert log.findings == plain.findings
+    assert set(plain.tables[""].columns) <= set(log.tables[""].columns)
 
 
 @given(st.integers(0, 3000), st.binary(min_size=1, max_size=8))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identification_samples import trials_of
@@ -9,24 +11,42 @@ from identification_samples import trials_of
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.effect import Active
-from identify.effects import CURRENT
+from identify.effects import CURRENT, ROLL_COUPLING
 from identify.prepare import prepare
+from identify.structure import null_parameters
 from validate.look_alikes import Standing
 from validate.loop import Outcome
-from validate.sure import surely
+from validate.sure import evidence, surely
 
 
-def with_a_current(effects):
+def with_in(effects, *taken):
     _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 60.0, 3, effects, validate=1)
     prepared = prepare(trials, "modulus")
-    structure = prepared.structure.with_effect(Active(CURRENT))
-    fitted = fit_from_scratch(structure, prepared.identify, rounds=1)
-    return Outcome(fitted, (), (Standing(structure.actives[0], 20.0, 1e-3, ()),), None)
+    structure = prepared.structure
+    for effect in taken:
+        structure = structure.with_effect(Active(effect))
+    fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=1)
+    return Outcome(fitted, (), tuple(Standing(a, 20.0, 1e-3, ()) for a in structure.actives), None)
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.1])
 def test_a_current_stays_where_there_is_one(speed):
     effects = (Effect("current", {"speed": speed, "direction": 1.0}),) if speed else ()
-    found = surely(with_a_current(effects))
+    found = surely(with_in(effects, CURRENT))
     assert len(found.standing) == len(found.fitted.solution.structure.actives) == (speed > 0.0)
     assert np.isfinite(found.fitted.chi2_per_dof)
+    assert found.unsure == (() if speed else ("current",))
+
+
+def test_a_roll_that_moves_nothing_goes_however_sure_its_frequency_is_and_leaves_the_current():
+    outcome = with_in((Effect("current", {"speed": 0.1, "direction": 1.0}),), ROLL_COUPLING, CURRENT)
+    s = outcome.fitted.solution
+    covariance = 1e-4 * np.eye(len(s.p))
+    still = [k for k, x in enumerate(s.structure.slots) if x.effect == 0 and x.name in ("sway", "yaw")]
+    p = s.p.copy()
+    p[still] = 0.01
+    moved = replace(outcome.fitted, solution=replace(s, p=p))
+    assert evidence(moved, covariance, 0) == pytest.approx(2.0)
+    found = surely(outcome)
+    assert found.unsure == ("roll_coupling",)
+    assert [x.active.label for x in found.standing] == ["current"]

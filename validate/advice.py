@@ -54,6 +54,11 @@ def advice_for(
             f"Taken back: {joined(outcome.refuted)}, which fits the logs to identify on but predicts the unseen ones "
             "worse. Sail the same manoeuvre twice, once for each, to see what differs."
         )
+    if outcome.unsure:
+        parts.append(
+            f"Not taken: {joined(outcome.unsure)}: the fit gains by it, but with what pushes the vessel unlogged its "
+            "value may as well be nothing."
+        )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)
     parts += [_undetermined(c, share) for c, share in undetermined.items()]

@@ -56,7 +56,8 @@ class Turn:
 class Outcome:
     """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
 
-    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without.
+    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without;
+    ``unsure``: because their own standard errors do not tell them from nothing.
     """
 
     fitted: Fitted
@@ -64,6 +65,7 @@ class Outcome:
     standing: tuple[Standing, ...]
     wiring: Wiring | None
     refuted: tuple[str, ...] = ()
+    unsure: tuple[str, ...] = ()
 
 
 def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None) -> Outcome:
@@ -89,14 +91,14 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     fine = _pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = _pruned(plain, pace), None
-    standing = _standing(fine, wiring, pace)
+    standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
         rival = better_rival(fine, standing)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
         fine = _pruned(_rounds(_pruned(settled(rival), pace), turns, pace), pace)
-        standing = _standing(fine, wiring, pace)
+        standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
 
@@ -208,10 +210,10 @@ def settled(fitted: Fitted) -> Fitted:
 
 def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
     """Drop effects that no longer stand once the others are in, the weakest first."""
-    while searched := _searched(fitted):
-        pace.expect(2.0 * len(searched))
+    while doubted := searched(fitted):
+        pace.expect(2.0 * len(doubted))
         pace("what was taken, again")
-        losses = {k: loss_without(fitted, k) for k in searched}
+        losses = {k: loss_without(fitted, k) for k in doubted}
         weakest = min(losses, key=lambda k: losses[k])
         without = _as_good_without(fitted, weakest, losses[weakest])
         if without is None:
@@ -251,16 +253,16 @@ def _begun_anew(fitted: Fitted, index: int) -> Fitted:
     return under(fitted.problem, found, 20)
 
 
-def _searched(fitted: Fitted) -> list[int]:
+def searched(fitted: Fitted) -> list[int]:
     """Places of the effects that were found by their likelihood (the wiring was not)."""
     return [k for k, a in enumerate(fitted.solution.structure.actives) if not a.effect.rewire]
 
 
-def _standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
+def all_standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
+    """What every effect of a fit is worth, and what could stand in its place."""
     found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
-    searched = _searched(fitted)
-    pace.expect(len(searched))
-    for k in searched:
+    pace.expect(len(searched(fitted)))
+    for k in searched(fitted):
         pace(f"rivals of {fitted.solution.structure.actives[k].label}")
         found.append(standing(fitted, k))
     return tuple(found)

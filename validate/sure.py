@@ -17,47 +17,48 @@ from identify.report_fit import covariance_of
 from validate.candidates import candidates
 from validate.judgement import least_gain
 from validate.look_alikes import departure, dropped, loss_without
-from validate.loop import DOUBTFUL, Outcome
+from validate.loop import DOUBTFUL, Outcome, all_standing, searched
+from validate.pace import Pace
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 def surely(outcome: Outcome) -> Outcome:
-    """The outcome without effects that their own standard errors do not tell from nothing, the weakest first."""
-    while (weakest := _unsure(outcome.fitted)) is not None:
-        label = outcome.fitted.solution.structure.actives[weakest].label
-        standing = tuple(s for s in outcome.standing if s.active.label != label)
-        outcome = replace(outcome, fitted=dropped(outcome.fitted, weakest), standing=standing)
-    return outcome
+    """The outcome without effects that their own standard errors do not tell from nothing, the least sure first."""
+    fitted, unsure = outcome.fitted, list(outcome.unsure)
+    while (least := _least_sure(fitted)) is not None:
+        unsure.append(fitted.solution.structure.actives[least].label)
+        fitted = dropped(fitted, least)
+    if fitted is outcome.fitted:
+        return outcome
+    standing = all_standing(fitted, outcome.wiring, Pace())
+    return replace(outcome, fitted=fitted, standing=standing, unsure=tuple(unsure))
 
 
-def _unsure(fitted: Fitted) -> int | None:
-    """Which effect says the least against being nothing, where chance alone says as much; None where all are sure."""
-    structure = fitted.solution.structure
-    searched = [k for k, a in enumerate(structure.actives) if not a.effect.rewire]
-    found = with_disturbances(over_whole_logs(fitted)) if searched else fitted
+def _least_sure(fitted: Fitted) -> int | None:
+    """Which effect says least more than chance alone says; None where all say more, or would be missed."""
+    found = with_disturbances(over_whole_logs(fitted)) if searched(fitted) else fitted
     if found.disturbed is None:
         return None
     covariance = covariance_of(found)
-    said = {k: evidence(found, covariance, k) for k in searched}
-    weakest = min(said, key=lambda k: said[k])
-    without = structure.without(weakest)
-    least = least_gain(len(structure.slots) - len(without.slots), len(candidates(without)))
-    if said[weakest] > least or loss_without(fitted, weakest) > DOUBTFUL:
-        return None
-    return weakest
+    beyond = {k: evidence(found, covariance, k) - _by_chance(fitted, k) for k in searched(fitted)}
+    doubted = sorted((k for k in beyond if beyond[k] < 0.0), key=lambda k: beyond[k])
+    return next((k for k in doubted if loss_without(fitted, k) <= DOUBTFUL), None)
+
+
+def _by_chance(fitted: Fitted, index: int) -> float:
+    """What chance alone gives an effect; what it was searched over in shape counts, as it may follow the noise."""
+    structure = fitted.solution.structure
+    without = structure.without(index)
+    return least_gain(len(structure.slots) - len(without.slots), len(candidates(without)))
 
 
 def evidence(fitted: Fitted, covariance: FloatArray, index: int) -> float:
-    """Wald's statistic of an effect against nothing; of one with terms, that of their coefficients.
+    """Wald's statistic of an effect against nothing, of what says how much it acts.
 
     How fast a roll swings says nothing where it moves nothing.
     """
     mine, away = departure(fitted, index)
-    slots = fitted.solution.structure.slots
-    linear = np.array([slots[k].coefficient >= 0 for k in mine])
-    if linear.any():
-        mine, away = mine[linear], away[linear]
-    scale = np.sqrt(np.maximum(np.diag(covariance)[mine], 1e-300))
-    correlation = covariance[np.ix_(mine, mine)] / np.outer(scale, scale)
-    return float((away / scale) @ np.linalg.pinv(correlation, rcond=1e-9) @ (away / scale))
+    much = np.array([not fitted.solution.structure.slots[k].parameter.shape for k in mine])
+    mine, away = mine[much], away[much]
+    return float(away @ np.linalg.pinv(covariance[np.ix_(mine, mine)]) @ away)

@@ -103,11 +103,11 @@ def _load(raw: bytes, findings: list[Finding], offset: int) -> Arrays:
               ArithmeticError, NameError, zlib.error, struct.error, MatReadError, SystemError)  # fmt: skip
     try:
         if not sound(raw, "<" if raw[126:128] == b"IM" else ">", HEADER):
-            raise ValueError
+            raise TypeError("an element of it has no known type, or is longer than the file")
         with warnings.catch_warnings(action="ignore"):
             content = loadmat(cast(Any, io.BytesIO(raw)), struct_as_record=True, squeeze_me=True)
     except errors as error:
-        text = f"a variable cannot be read ({type(error).__name__})"
+        text = f"a variable cannot be read ({type(error).__name__}: {error})"
         findings.append(Finding("damaged", text, offset=offset, length=max(0, len(raw) - HEADER)))
         return {}
     return {

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 #: Types of numbers and of text, and of a matrix and of what is compressed.
 NUMBERS, TEXTS, MATRIX, COMPRESSED = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13}, {16, 17, 18}, 14, 15
-#: Classes of arrays whose parts are matrices themselves: cells, structures and objects.
-NESTED = {1, 2, 3}
+#: Classes of arrays whose parts are matrices themselves: cells, structures, objects, function handles, opaque ones.
+NESTED = {1, 2, 3, 16, 17}
 #: Nothing that a person saves is nested deeper.
 DEEPEST = 32
 

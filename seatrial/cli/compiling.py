@@ -24,9 +24,11 @@ def told_of_compiling(say: Callable[[str], None]) -> Iterator[Callable[[], None]
             heard.append((event, _listener(event, say)))
             event.register("numba:compile", heard[0][1])
 
-    yield listen
-    for event, listener in heard:
-        event.unregister("numba:compile", listener)
+    try:
+        yield listen
+    finally:
+        for event, listener in heard:
+            event.unregister("numba:compile", listener)
 
 
 def _listener(event: Any, say: Callable[[str], None]) -> Any:
