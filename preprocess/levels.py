@@ -83,7 +83,7 @@ def estimate_levels(
     least : (g,)
         Standard deviations below which the estimates may not go.
     near : bool
-        The first guess is an estimate already: the search begins in small steps.
+        The first guess is an estimate already: no second search begins elsewhere.
     most : (g,), optional
         Standard deviations above which the estimates may not go.
     rows_at_most : int

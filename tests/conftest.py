@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-# As the program has it (``seatrial.blas``): set before numpy is loaded.
+# One thread, as a run keeps it (``seatrial.blas``), for what the tests call below it too: set before numpy is loaded.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 pytest.register_assert_rewrite(
