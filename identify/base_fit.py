@@ -31,6 +31,8 @@ SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 #: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
 #: less than this.
 FOLLOWS = 0.5
+#: A search stops where its next step promises less than this of the rows; sooner in windows that longer ones follow.
+ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
 PATIENCE = 4
 #: Ridge of a regression that a second search begins with, where the first ran away in long windows.
@@ -138,7 +140,8 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
             break
         problem, first = calibrated_anew(longer, begun), begun.first
         for _ in range(PATIENCE):
-            solution = solve(problem, structure, p, first, prior, budget=25, tolerance=1e-4 * problem.rows)
+            tolerance = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
+            solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
             problem, p, first = calibrated_anew(problem, solution), solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break
