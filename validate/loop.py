@@ -7,11 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit, window_length
+from identify.base_fit import (
+    FAR,
+    FOLLOWS,
+    LONG,
+    NEAR,
+    Fitted,
+    fit_from_scratch,
+    free_running_misfit,
+    window_length,
+)
 from identify.drive import drive
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
+from identify.stretch import Stretch
+from identify.structure import Structure
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
 from validate.exchange import as_good_as_declared, better_rival
@@ -38,7 +49,7 @@ DOUBTFUL = 100.0
 MOST_INPUTS = 6
 #: ... and so many are tried where these do not tell them apart.
 UNDECIDED = 2
-#: Length of the windows for the first, rough pass, s.
+#: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
 ROUGH = 10.0
 
 
@@ -84,10 +95,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         fine = _rounds(declared, turns, pace)
     else:
         pace("a first rough fit")
-        rough = fit_from_scratch(structure, prepared.identify, length=ROUGH)
-        fine = _rounds(rough, turns, pace, enough=FAR)
-        if fine.chi2_per_dof < HOPELESSLY_FAR:
-            fine = _rounds(refined(fine), turns, pace)
+        fine = _lengthened(structure, prepared.identify, turns, pace)
     fine = _pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = _pruned(plain, pace), None
@@ -100,6 +108,19 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         fine = _pruned(_rounds(_pruned(settled(rival), pace), turns, pace), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
+
+
+def _lengthened(
+    structure: Structure, stretches: tuple[Stretch, ...], turns: list[Turn], pace: Pace
+) -> Fitted:
+    """Rounds over short windows, then over ever longer ones: what runs away in long ones may show in short ones."""
+    longest = window_length(structure.vessel.length)
+    length = longest * ROUGH / LONG
+    fitted = _rounds(fit_from_scratch(structure, stretches, length=length), turns, pace, enough=FAR)
+    while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
+        length = min(2.0 * length, longest)
+        fitted = _rounds(refined(fitted, length), turns, pace, enough=0.0 if length == longest else FAR)
+    return fitted
 
 
 def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
@@ -118,10 +139,10 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
 
 
-def refined(fitted: Fitted) -> Fitted:
-    """The same structure on long windows, weights from its own errors."""
+def refined(fitted: Fitted, length: float) -> Fitted:
+    """The same structure on windows of another length, weights from its own errors."""
     structure, p = fitted.solution.structure, fitted.solution.p
-    problem = cut(fitted.problem.stretches, window_length(structure.vessel.length))
+    problem = cut(fitted.problem.stretches, length)
     problem = problem.weighted_as(fitted.problem)
     current = drive(structure, p, problem.stretches[0]).current
     solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from dataclasses import astuple, replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from identify.base_fit import FAR, Fitted
-from identify.output_error import Prior, Reduced, solve
+from identify.output_error import Prior, Reduced, Solution, solve
 from identify.stretch import Stretch
 from identify.windows import Problem, cut, first_states
+
+#: Other logs speak against a fit's parameters where its own lose what chance takes in this share of cases.
+AGAINST = 1e-3
 
 
 def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
@@ -30,7 +34,8 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
 
     Parameters that these logs do not determine predict others badly, and yet nothing is missing: the windows of both
     are fitted together, from where the fit is, and those of the others are returned. Far from the noise the
-    parameters are held: what is missing there is not a matter of their intervals.
+    parameters are held: what is missing there is not a matter of their intervals. So are they where the fit's own
+    logs would lose more by it than their intervals allow.
     """
     other = _other_problem(fitted, stretches)
     if other is None or fitted.chi2_per_dof > FAR:
@@ -43,7 +48,19 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     found = solve(both, s.structure, s.p, first, fitted.prior, anchor=first_states(both), budget=8)
     if not np.isfinite(found.cost):
         return None
+    if _lost(fitted, found, n) > chi2.isf(AGAINST, len(s.p)):
+        return on_other_logs(fitted, stretches)
     return of_windows(Fitted(other, fitted.prior, found), slice(n, None))
+
+
+def _lost(fitted: Fitted, found: Solution, n: int) -> float:
+    """What the fit's own logs lose (the first ``n`` windows) where its parameters follow other logs as well."""
+    before, after = fitted.solution.moments.residuals, found.moments.residuals[:n]
+    lost = 0.0
+    for w, one, other in zip(fitted.problem.windows, before, after, strict=True):
+        weight = 1.0 / fitted.problem.dispersion[fitted.problem.kinds(w)] ** 2
+        lost += float(np.sum((other**2 - one**2) * weight[:, None]))
+    return lost
 
 
 def of_windows(fitted: Fitted, some: slice) -> Fitted:

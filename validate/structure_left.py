@@ -7,15 +7,46 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.base_fit import NEAR, Fitted
 from identify.drive import Drive, drive
-from identify.noise import smoothness
-from identify.output_error import information_of
-from identify.predict import run, shown
+from identify.noise import calibrated, smoothness
+from identify.output_error import Prior, information_of, solve
+from identify.predict import run, shown, true_first_state
 from identify.stretch import KIND, Stretch
+from identify.windows import begun, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+#: An error that counts for a prediction that ran away.
+RUN_AWAY = 1e2
+#: A prediction is looked at so many seconds ahead.
+AHEAD = 30.0
+
+
+def ahead(fitted: Fitted) -> Fitted:
+    """The same parameters in windows of ``AHEAD``, from the first states that the smoothed motion gives.
+
+    A fit at the noise is taken as it is: its first states are the better known ones. Off the noise they would take in
+    what the model lacks, and shorter windows would not show it.
+    """
+    if fitted.chi2_per_dof < NEAR and fitted.problem.length >= AHEAD:
+        return fitted
+    structure, p = fitted.solution.structure, fitted.solution.p
+    problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
+    drives = [drive(structure, p, s) for s in problem.stretches]
+    first = np.array(
+        [
+            true_first_state(structure, drives[w.stretch], problem.stretches[w.stretch], w.first)
+            for w in problem.windows
+        ]
+    )
+    held = Prior(p, np.full(len(p), 1e-9))
+    solution = solve(problem, structure, p, begun(problem, structure, drives, first), held, budget=0)
+    if not np.isfinite(solution.cost):
+        return Fitted(problem, held, solution)
+    return Fitted(calibrated(problem, solution), held, solution)
 
 
 def window_errors(
@@ -48,14 +79,18 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     left that noise of the sensors can account for, white or wandering: where the errors of the raw measurements are
     white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left.
     """
+    seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    variance = variance + _from_input_timing(fitted)
+    error = np.nan_to_num(error, nan=RUN_AWAY, posinf=RUN_AWAY, neginf=-RUN_AWAY)
+    variance = variance + _left_open(fitted, fitted is not seen)
     logs = (*fitted.problem.stretches, *besides)
     spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
-    left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, 1e4) - variance, axis=0), 0.0)) / spread
+    left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, RUN_AWAY**2) - variance, axis=0), 0.0)) / spread
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
+    if not np.isfinite(fitted.solution.cost):
+        return {c: float(left[j]) for j, c in enumerate(("u", "v", "r"))}
     large = np.clip((fitted.problem.inflation - 3.0) / 7.0, 0.0, 1.0)
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
@@ -69,8 +104,11 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     }
 
 
-def _from_input_timing(fitted: Fitted, draws: int = 3, seed: int = 0) -> FloatArray:
-    """Variance (3,) of u, v, r over windows because an input's change may have come any time between two samples."""
+def _left_open(fitted: Fitted, smoothed: bool, draws: int = 3, seed: int = 0) -> FloatArray:
+    """Variance (3,) of u, v, r over windows that no model could help.
+
+    An input's change may have come any time between two samples, and ``smoothed`` first states have their errors.
+    """
     rng = np.random.default_rng(seed)
     structure, problem, solution = fitted.solution.structure, fitted.problem, fitted.solution
     square, n = np.zeros(3), 0
@@ -80,13 +118,15 @@ def _from_input_timing(fitted: Fitted, draws: int = 3, seed: int = 0) -> FloatAr
         for _ in range(draws):
             moved = drive(structure, solution.p, _with_other_times(stretch, rng))
             for k in windows:
-                w = problem.windows[k]
-                one, other = (
-                    run(structure, d, stretch, solution.first[k], w.first, w.steps) for d in (plain, moved)
-                )
-                difference = (one - other)[:, 3:6]
-                square += np.nansum(np.minimum(difference**2, 1e2), axis=0)
-                n += len(difference)
+                w, first = problem.windows[k], solution.first[k]
+                other = first.copy()
+                other[3:6] += rng.standard_normal(3) * stretch.sigmas[w.first] * smoothed
+                runs = [
+                    run(structure, d, stretch, x, w.first, w.steps)[:, 3:6]
+                    for d, x in ((plain, first), (moved, other))
+                ]
+                square += np.nansum(np.minimum((runs[0] - runs[1]) ** 2, 1e2), axis=0)
+                n += len(runs[0])
     return np.asarray(square / max(n, 1), dtype=float)
 
 
