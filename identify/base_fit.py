@@ -66,7 +66,9 @@ class Fitted:
 
     @property
     def chi2_per_dof(self) -> float:
-        """Squared errors over the white noise of the sensors, per degree of freedom."""
+        """Squared errors over the white noise of the sensors, per degree of freedom; infinite where it ran away."""
+        if not np.isfinite(self.solution.cost):
+            return math.inf
         total = 0.0
         for w, residual in zip(self.problem.windows, self.solution.moments.residuals, strict=True):
             kind = self.problem.stretches[w.stretch].samples.kind[w.samples]

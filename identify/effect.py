@@ -37,8 +37,6 @@ class Parameter:
         Scale and starts are in units of the amplitude of the input that the effect acts on.
     known : float
         Standard deviation about ``null`` with which it is known beforehand.
-    shape : bool
-        It says how the effect acts, not how much: where the other parameters are nothing, it changes nothing.
     """
 
     name: str
@@ -49,7 +47,6 @@ class Parameter:
     starts: tuple[float, ...] = ()
     relative: bool = False
     known: float = np.inf
-    shape: bool = False
 
 
 @dataclass(frozen=True)

@@ -196,7 +196,9 @@ def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[i
 
 
 def dispersed_cost(problem: Problem, solution: Solution) -> float:
-    """Cost with every stream's errors counted as they are at low frequency, priors included."""
+    """Cost, errors counted as they are at low frequency, priors included; infinite where there is no solution."""
+    if not np.isfinite(solution.cost):
+        return np.inf
     total = solution.penalty
     for w, residual in zip(problem.windows, solution.moments.residuals, strict=True):
         kind = problem.stretches[w.stretch].samples.kind[w.samples]

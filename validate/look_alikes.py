@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.effect import Active
 from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure
 from identify.windows import first_states
 from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
-from validate.judgement import INDISTINCT, significance
+from validate.judgement import INDISTINCT, effects_alone, significance, under
 from validate.refits import step_tolerance
 from validate.scan import between_log_and_hull
 
@@ -40,7 +40,10 @@ class Standing:
 
 
 def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
-    """The fit without one of its effects, everything else free, under the same weights."""
+    """The fit without one of its effects, everything else free, under the same weights.
+
+    Begun from the fit with it, or anew where that runs away without it.
+    """
     solution = fitted.solution
     structure = solution.structure.without(index)
     p = structure.carried(solution.p, solution.structure)
@@ -49,7 +52,11 @@ def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
         fitted.problem, structure, p, solution.first, prior,
         anchor=first_states(fitted.problem), budget=budget, tolerance=step_tolerance(fitted),
     )  # fmt: skip
-    return Fitted(fitted.problem, prior, found)
+    if np.isfinite(found.cost):
+        return Fitted(fitted.problem, prior, found)
+    length = min(fitted.problem.length, window_length(structure.vessel.length))
+    anew = fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p), length=length)
+    return under(fitted.problem, replace(anew, prior=prior), budget)
 
 
 def loss_without(fitted: Fitted, index: int) -> float:
@@ -97,12 +104,21 @@ def standing(fitted: Fitted, index: int) -> Standing:
     structure = fitted.solution.structure
     active = structure.actives[index]
     gain = loss_without(fitted, index)
-    rivals = [a for a in candidates(structure.without(index)) if a.label != active.label]
+    among = {s.name for s in fitted.problem.stretches}
+    rivals = [a for a in candidates(structure.without(index)) if _acting(a, among) != _acting(active, among)]
     tried = [(a, _as_good(fitted, index, a)) for a in _overlapping(fitted, index, rivals, gain)]
     near = [(a, fit) for a, fit in tried if fit is not None]
     p_value = significance(gain, len(departure(fitted, index)[0]), len(rivals) + 1)
     names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
+
+
+def _acting(active: Active, among: set[str]) -> tuple[str, str | None, dict[str, object]]:
+    """What an effect is ``among`` some logs: in which others it acts, these cannot tell."""
+    options = dict(active.variant.options)
+    if isinstance(logs := options.get("logs"), tuple):
+        options["logs"] = tuple(n for n in logs if n in among)
+    return active.effect.name, active.variant.input, options
 
 
 def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:

@@ -13,11 +13,12 @@ import numpy as np
 
 from identify.base_fit import Fitted, over_whole_logs
 from identify.disturbance import with_disturbances
+from identify.output_error import information_of
 from identify.report_fit import covariance_of
 from validate.candidates import candidates
 from validate.judgement import least_gain
-from validate.look_alikes import departure, dropped, loss_without
-from validate.loop import DOUBTFUL, Outcome, all_standing, searched
+from validate.look_alikes import departure, dropped
+from validate.loop import Outcome, all_standing, searched
 from validate.pace import Pace
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -36,29 +37,39 @@ def surely(outcome: Outcome) -> Outcome:
 
 
 def _least_sure(fitted: Fitted) -> int | None:
-    """Which effect says least more than chance alone says; None where all say more, or would be missed."""
-    found = with_disturbances(over_whole_logs(fitted)) if searched(fitted) else fitted
-    if found.disturbed is None:
+    """Which effect says least more than chance alone says; None where all say more."""
+    doubted = searched(fitted)
+    if not doubted:
         return None
+    found = with_disturbances(over_whole_logs(fitted))
     covariance = covariance_of(found)
-    beyond = {k: evidence(found, covariance, k) - _by_chance(fitted, k) for k in searched(fitted)}
-    doubted = sorted((k for k in beyond if beyond[k] < 0.0), key=lambda k: beyond[k])
-    return next((k for k in doubted if loss_without(fitted, k) <= DOUBTFUL), None)
+    beyond = {k: evidence(found, covariance, k) - _by_chance(fitted, k) for k in doubted}
+    least = min(doubted, key=lambda k: beyond[k])
+    return least if beyond[least] < 0.0 else None
 
 
 def _by_chance(fitted: Fitted, index: int) -> float:
-    """What chance alone gives an effect; what it was searched over in shape counts, as it may follow the noise."""
+    """What chance alone gives an effect."""
     structure = fitted.solution.structure
     without = structure.without(index)
     return least_gain(len(structure.slots) - len(without.slots), len(candidates(without)))
 
 
 def evidence(fitted: Fitted, covariance: FloatArray, index: int) -> float:
-    """Wald's statistic of an effect against nothing, of what says how much it acts.
+    """What dropping an effect costs, in units in which chance gives χ² of as many degrees as it has parameters.
 
-    How fast a roll swings says nothing where it moves nothing.
+    The cost weighs errors by their size alone; by as much as the covariance exceeds what that makes of it, in the mean
+    over the effect's parameters, chance costs more (Rao and Scott 1984). Unlike Wald's statistic it does not depend on
+    how the effect is written: of a wind's speed and of its coefficients neither may be known where their product is.
+    A wind without any is none, though: what it stands for is a resistance.
     """
     mine, away = departure(fitted, index)
-    much = np.array([not fitted.solution.structure.slots[k].parameter.shape for k in mine])
-    mine, away = mine[much], away[much]
-    return float(away @ np.linalg.pinv(covariance[np.ix_(mine, mine)]) @ away)
+    cost = dropped(fitted, index).solution.total - fitted.solution.total
+    plain = information_of(fitted.solution, fitted.prior)
+    alone = np.linalg.pinv(np.linalg.pinv(plain, rcond=1e-12, hermitian=True)[np.ix_(mine, mine)])
+    said = cost / max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
+    linear = np.array([fitted.solution.structure.slots[k].coefficient >= 0 for k in mine])
+    if linear.all() or not linear.any():
+        return said
+    where, off = mine[~linear], away[~linear]
+    return min(said, float(off @ np.linalg.pinv(covariance[np.ix_(where, where)]) @ off))

@@ -60,8 +60,8 @@ WIND_UNSEEN = Effect(
     "Log the wind (an anemometer on board or ashore), or repeat on a calm day.",
     "Fossen 2011, sec. 8.1",
     parameters=(
-        Parameter("north", "m/s", 2.0, (-30, 30), starts=(5.0, -5.0, 0.0, 0.0), known=SAILED_IN, shape=True),
-        Parameter("east", "m/s", 2.0, (-30, 30), starts=(0.0, 0.0, 5.0, -5.0), known=SAILED_IN, shape=True),
+        Parameter("north", "m/s", 2.0, (-30, 30), starts=(5.0, -5.0, 0.0, 0.0), known=SAILED_IN),
+        Parameter("east", "m/s", 2.0, (-30, 30), starts=(0.0, 0.0, 5.0, -5.0), known=SAILED_IN),
     ),
     air=lambda p: (p["north"], p["east"]),
     terms=_pushed_along,
