@@ -19,8 +19,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
-#: An error that counts for a prediction that ran away.
-RUN_AWAY = 1e2
+#: An error counts for no more than so many standard deviations of its channel: beyond, a prediction has run away.
+RUN_AWAY = 5.0
 #: A prediction is looked at so many seconds ahead.
 AHEAD = 30.0
 
@@ -82,16 +82,16 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    error = np.nan_to_num(error, nan=RUN_AWAY, posinf=RUN_AWAY, neginf=-RUN_AWAY)
     variance = variance + _left_open(fitted, fitted is not seen)
     logs = (*fitted.problem.stretches, *besides)
     spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
-    left = np.sqrt(np.maximum(np.nanmean(np.minimum(error**2, RUN_AWAY**2) - variance, axis=0), 0.0)) / spread
+    size = np.minimum(np.nan_to_num(np.abs(error) / spread, nan=RUN_AWAY), RUN_AWAY)
+    left = np.sqrt(np.maximum(np.mean(size**2 - variance / spread**2, axis=0), 0.0))
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
     kinds = {"u": ("position", "velocity"), "v": ("position", "velocity"), "r": ("heading", "yaw_rate")}
-    if not np.isfinite(fitted.solution.cost):
-        return {c: float(left[j]) for j, c in enumerate(("u", "v", "r"))}
     large = np.clip((fitted.problem.inflation - 3.0) / 7.0, 0.0, 1.0)
+    if not np.isfinite(fitted.solution.cost):
+        slow, large = np.ones(4), np.ones(4)
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }

@@ -1,0 +1,64 @@
+"""What stays unexplained is a prediction's error half a minute ahead, whatever windows the fit was made with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import fit_from_scratch
+from identify.drive import drive
+from identify.predict import run, true_first_state
+from identify.prepare import prepare
+from validate.other_logs import with_other_logs
+from validate.structure_left import structured_share
+
+LOGS = ("zigzag", "random", "circle", "zigzag10")
+
+
+def prepared_with(*effects, validate=1):
+    _, trials = trials_of("usv", LOGS, 60.0, 5, effects, validate=validate)
+    return prepare(trials, "modulus")
+
+
+def predicted(fitted, channel):
+    """Root mean square error of runs of 30 s from the smoothed motion, over the channel's standard deviation."""
+    s, errors = fitted.solution, []
+    for stretch in fitted.problem.stretches:
+        d = drive(s.structure, s.p, stretch)
+        steps = round(30.0 / stretch.h)
+        for begin in range(0, stretch.steps - steps + 1, steps):
+            first = true_first_state(s.structure, d, stretch, begin)
+            states = run(s.structure, d, stretch, first, begin, steps)
+            errors.append(states[:, 3 + channel] - stretch.states[begin : begin + steps + 1, 3 + channel])
+    spread = np.concatenate([x.states[:, 3 + channel] for x in fitted.problem.stretches]).std()
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)) / spread)
+
+
+@pytest.mark.parametrize("length", [8.0, 30.0])
+def test_short_windows_do_not_hide_what_half_a_minute_shows(length):
+    prepared = prepared_with(Effect("current", {"speed": 0.4, "direction": 1.0}))
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=length)
+    assert predicted(fitted, 0) > 0.1
+    assert structured_share(fitted)["u"] == pytest.approx(predicted(fitted, 0), rel=0.1)
+
+
+def test_nothing_is_left_where_nothing_is_missing():
+    prepared = prepared_with()
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    assert max(structured_share(fitted).values()) < 0.03
+    unseen = with_other_logs(fitted, prepared.validate)
+    assert max(structured_share(unseen, prepared.identify).values()) < 0.03
+
+
+def test_parameters_do_not_bend_to_unseen_logs_beyond_what_their_own_allow():
+    fitted = fit_from_scratch((plain := prepared_with()).structure, plain.identify)
+    loaded = prepared_with(Effect("mass_change", {"ratio": 2.0}, options={"logs": (3,)}))
+    unseen = with_other_logs(fitted, loaded.validate)
+    np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)
+    assert max(structured_share(unseen, plain.identify).values()) > 0.1
+    some = replace(fitted, problem=replace(fitted.problem, dispersion=np.full(4, 1e3)))
+    assert not np.allclose(with_other_logs(some, loaded.validate).solution.p, fitted.solution.p)
