@@ -145,13 +145,15 @@ def sensor_of(
     out = np.zeros(NM)
     out[2] = 1.0
     out[3], out[4] = vessel.antenna
+    for stream, k in structure.clock_slots.items():
+        out[_CLOCKS[stream]] = p[k]
     for active, v in zip(structure.actives, values, strict=True):
         if active.effect.sensor:
-            _add(out, active.effect.sensor(v, active.variant.options))
+            _add(out, active.effect.sensor(v, active.variant.options), structure.setting.one_receiver)
     return out
 
 
-def _add(out: FloatArray, shift: SensorShift) -> None:
+def _add(out: FloatArray, shift: SensorShift, one_receiver: bool) -> None:
     out[0] += shift.heading_bias
     out[1] += shift.gyro_bias
     out[2] += shift.gyro_scale
@@ -159,6 +161,8 @@ def _add(out: FloatArray, shift: SensorShift) -> None:
     out[4] += shift.antenna[1]
     for stream, offset in shift.clock.items():
         out[_CLOCKS[stream]] += offset
+    if one_receiver:
+        out[_CLOCKS["velocity"]] += shift.clock.get("position", 0.0)
 
 
 def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive) -> Directions:
@@ -226,7 +230,7 @@ def _moves_inputs(structure: Structure, k: int) -> bool:
     """Whether a parameter changes what the actuators do."""
     slot = structure.slots[k]
     if slot.effect < 0:
-        return True
+        return k not in structure.clock_slots.values()
     effect = structure.actives[slot.effect].effect
     return bool(effect.actuator or effect.gain or effect.input_delay or effect.rewire)
 

@@ -51,7 +51,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Setting:
-    """What an effect may look at to say where it could act."""
+    """What an effect may look at to say where it could act; ``one_receiver``: position and velocity have one clock."""
 
     vessel: Vessel
     inputs: tuple[Input, ...]
@@ -61,6 +61,7 @@ class Setting:
     streams: tuple[str, ...] = ("position", "heading")
     wind_logged: bool = False
     identify_logs: tuple[str, ...] = ()
+    one_receiver: bool = False
 
     def of_kind(self, *kinds: str) -> tuple[str, ...]:
         """Names of the inputs of these kinds."""

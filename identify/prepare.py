@@ -18,6 +18,10 @@ from preprocess.vessel import Input, Vessel
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+#: Differences in time that are not looked at, s.
+NEGLIGIBLE = 0.015
+
+
 @dataclass(frozen=True)
 class Prepared:
     """Stretches to identify on and to validate on, the declared structure, and notes for the report."""
@@ -120,6 +124,8 @@ def _declare(
         u0=float(np.quantile(speeds, 0.9)),
         amplitudes=_amplitudes(used),
         input_lead=_input_lead(used),
+        unsure=_unsure(used),
+        one_receiver=all(_one_receiver(t) for t in trials),
     )
 
 
@@ -154,12 +160,37 @@ def _amplitudes(trials: Sequence[Trial]) -> dict[str, float]:
 def _input_lead(trials: Sequence[Trial]) -> tuple[float, float] | None:
     """How far actuators may be ahead of inputs that are logged only every so often, mean and standard deviation.
 
+    Or with stamps that only the order of the records tells.
+
     A command that holds has changed some time in the interval before it is seen; of a signal that varies all the time
     it is only unknown how it went between two samples.
     """
     intervals = [(m.sample_time, m.held) for t in trials for m in t.inputs.values()]
     longest, held = max(intervals, default=(0.0, False))
-    return (0.5 * longest * held, longest / np.sqrt(12.0)) if longest > 0.015 else None
+    unsure = max((m.unsure for t in trials for m in t.inputs.values()), default=0.0)
+    if longest <= NEGLIGIBLE and unsure <= NEGLIGIBLE:
+        return None
+    return 0.5 * longest * held, float(np.hypot(longest / np.sqrt(12.0), unsure / np.sqrt(3.0)))
+
+
+def _unsure(trials: Sequence[Trial]) -> dict[str, float]:
+    """Standard deviation of the stamps of streams that only the order of the records tells, s: any within is as good.
+
+    A position tells the time itself, and the receiver's velocity with it.
+    """
+    out: dict[str, float] = {}
+    for stream in ("heading", "yaw_rate"):
+        half = max((t.measurements[stream].unsure for t in trials if stream in t.measurements), default=0.0)
+        out |= {stream: half / np.sqrt(3.0)} if half > NEGLIGIBLE else {}
+    return out
+
+
+def _one_receiver(trial: Trial) -> bool:
+    """Whether the velocity comes with the position: then its stamps are as late."""
+    position, velocity = (trial.measurements.get(s) for s in ("position", "velocity"))
+    if position is None or velocity is None:
+        return True
+    return position.sender is not None and position.sender == velocity.sender
 
 
 def _digest(trials: Sequence[Trial]) -> str:

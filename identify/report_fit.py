@@ -85,7 +85,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
     structure, p = fitted.solution.structure, fitted.solution.p
     covariance = covariance_of(fitted)
-    own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and s.name != "input_lead"]
+    own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and not s.nuisance]
     coefficients = [_coefficient(structure.slots[k], p[k], covariance[k, k], fitted, k) for k in own]
     effects, jacobians = [], []
     for e in range(len(structure.actives)):

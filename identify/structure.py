@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,6 +20,8 @@ from preprocess.vessel import Input, Vessel
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
+#: Ending of the names of what is not known of a stream's stamps.
+CLOCK = "_clock"
 _EQUATION = {"u": 0, "v": 1, "r": 2, "e1": 3, "e2": 4}
 
 
@@ -37,6 +40,11 @@ class Slot:
     coefficient: int = -1
     term: Term | None = None
     prior: tuple[float, float] | None = None
+
+    @property
+    def nuisance(self) -> bool:
+        """Whether it says when something was logged, and nothing of the vessel."""
+        return self.effect < 0 and (self.name == "input_lead" or self.name.endswith(CLOCK))
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,8 @@ class Structure:
     """Model, effects and what they act on.
 
     ``input_lead`` is the prior (mean, standard deviation) in s of how far the actuators may be ahead of the logged
-    inputs because an input is only logged now and then; None where that is negligible.
+    inputs because an input is only logged now and then; None where that is negligible. ``unsure`` is the standard
+    deviation in s of the stamps of streams whose times only the order of the records tells, all together.
     """
 
     model: Model
@@ -80,6 +89,7 @@ class Structure:
     actives: tuple[Active, ...] = ()
     amplitudes: dict[str, float] = field(default_factory=dict)
     input_lead: tuple[float, float] | None = None
+    unsure: Mapping[str, float] = field(default_factory=dict)
 
     def with_effect(self, active: Active) -> Structure:
         """The same with one more effect."""
@@ -179,6 +189,15 @@ class Structure:
             slots.append(
                 Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd))
             )
+        slots += [
+            Slot(
+                f"{stream}{CLOCK}",
+                -1,
+                Parameter(f"{stream}{CLOCK}", "s", sd, (-2.2 * sd, 2.2 * sd)),
+                prior=(0.0, sd),
+            )
+            for stream, sd in self.unsure.items()
+        ]
         return tuple(slots)
 
     def _flow_slots(self) -> list[Slot]:
@@ -192,6 +211,13 @@ class Structure:
             )
             for q in flow.PARAMETERS
         ]
+
+    @cached_property
+    def clock_slots(self) -> dict[str, int]:
+        """Where the unknown parts of the streams' stamps stand among the parameters."""
+        return {
+            s.name.removesuffix(CLOCK): k for k, s in enumerate(self.slots) if s.nuisance and CLOCK in s.name
+        }
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:
         """Named parameter values of one active effect."""
@@ -239,6 +265,8 @@ def structure_for(
     u0: float = 0.0,
     amplitudes: dict[str, float] | None = None,
     input_lead: tuple[float, float] | None = None,
+    unsure: Mapping[str, float] | None = None,
+    one_receiver: bool = False,
 ) -> tuple[Structure, tuple[str, ...]]:
     """The declared model alone, for this vessel and these logs, with notes on terms that were left out."""
     if model_name not in MODEL_BY_NAME:
@@ -248,8 +276,10 @@ def structure_for(
     model = model_for(model_name, vessel, inputs)
     terms, notes = terms_for(model, vessel, inputs)
     notes = (*notes, f"{model.name}: {model.cannot}") if model.cannot else notes
-    setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs)
-    return Structure(model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead), notes
+    setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs, one_receiver)
+    return Structure(
+        model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead, unsure or {}
+    ), notes
 
 
 def _limits(term: Term) -> tuple[float, float]:

@@ -106,6 +106,9 @@ class Log:
         Counts for the report.
     sources : tuple of Source
         What looks like position, heading, … best first.
+    unsure : mapping of str to float
+        Topics whose times follow only from the order of the records: by how many seconds all rows of one may be early
+        or late together.
     """
 
     path: Path
@@ -118,6 +121,7 @@ class Log:
     bytes_read: int = 0
     bytes_damaged: int = 0
     sources: tuple[Source, ...] = ()
+    unsure: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def signals(self) -> list[str]:

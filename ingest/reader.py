@@ -47,6 +47,7 @@ class Decoded:
     messages: int = 0
     bytes_damaged: int = 0
     sources: tuple[Source, ...] = ()
+    unsure: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ingest.errors import CampaignError, MissingSignal
@@ -41,6 +43,7 @@ def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
     source, column_numbers, t = _samples(log, declared)
     values, how = _physical(log, declared, source.unit, column_numbers)
     raw = Raw(declared.name, t, values, np.zeros(len(t), dtype=bool), source)
+    raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0))
     return strictly_increasing(raw), how
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from preprocess import frames
 from preprocess.chains import Segments, Stream
-from preprocess.clocks import clock_offsets
+from preprocess.clocks import beyond_order, clock_offsets
 from preprocess.commands import feedback_noise, judge_input
 from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said
@@ -87,6 +87,7 @@ def process(
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
     offsets = clock_offsets(heading, track, table, segments, None if turning else inputs)
+    offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
     findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth))
@@ -189,7 +190,10 @@ def measurement(j: Judged, sigma: float, weight: FloatArray | None = None) -> Me
     t = j.raw.t
     step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     name, source = j.raw.quantity, j.raw.source.name
-    return Measurement(name, t, j.raw.value, sigma, j.good, source, j.reasons, step, weight=weight)
+    return Measurement(
+        name, t, j.raw.value, sigma, j.good, source, j.reasons, step, weight=weight, unsure=j.raw.unsure,
+        sender=j.raw.sender,
+    )  # fmt: skip
 
 
 def over_ground(made: Measurement, heading: ChainResult, vessel: Vessel) -> Measurement:

@@ -48,6 +48,17 @@ def clock_offsets(
     return tuple(f for f in found if f is not None and np.isfinite(f.stderr))
 
 
+def beyond_order(
+    found: ClockOffset, sensors: Mapping[str, Measurement], inputs: Mapping[str, Measurement]
+) -> ClockOffset:
+    """An offset whose standard error has in it how little the order of the records says of the stamps compared."""
+    compared = [m.unsure for m in inputs.values()] if found.stream == "the inputs" else []
+    compared += [sensors[s].unsure for s in (found.stream, found.against) if s in sensors]
+    return replace(
+        found, stderr=float(np.hypot(found.stderr, np.hypot.reduce([0.0, *compared]) / np.sqrt(3.0)))
+    )
+
+
 def levelled(chain: ChainResult) -> list[Stream]:
     """The streams of a chain with the noise that was found."""
     return [replace(s, sigma=float(x)) for s, x in zip(chain.streams, chain.levels.sigma, strict=True)]

@@ -37,7 +37,9 @@ def judge_input(raw: Raw) -> Measurement:
     spike = spikes(raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
     reasons = {k: int(n) for k, n in (("flagged", raw.flagged.sum()), ("spike", spike.sum())) if n}
     good = ~(raw.flagged | spike)
-    return Measurement(raw.quantity, raw.t, raw.value, sigma, good, raw.source.name, reasons, step, held)
+    return Measurement(
+        raw.quantity, raw.t, raw.value, sigma, good, raw.source.name, reasons, step, held, unsure=raw.unsure
+    )
 
 
 def holds(value: FloatArray) -> bool:

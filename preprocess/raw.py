@@ -10,6 +10,7 @@ import pandas as pd
 
 from ingest.detect import dilution, quality_mask, stated_sigma
 from ingest.log import Log, Source
+from ingest.sender import sender_of
 from ingest.units import factor_to_si
 from preprocess import frames
 from preprocess.resolve import Column, numbers, rows_of, rows_where
@@ -38,6 +39,10 @@ class Raw:
         Step to which the values were rounded, SI; 0 where none shows.
     stated : (n,), optional
         Standard deviation that the sensor itself states of each sample, SI, or its dilution; NaN where it does not.
+    unsure : float
+        By how much all times may be early or late together, s: see ``Log.unsure``.
+    sender : str, optional
+        What sent it, where that is known; see ``ingest.sender``.
     """
 
     quantity: str
@@ -50,6 +55,8 @@ class Raw:
     relative: bool = False
     quantum: float = 0.0
     stated: FloatArray | None = None
+    unsure: float = 0.0
+    sender: str | None = None
 
 
 def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel, accuracy: bool = False) -> Raw:
@@ -69,10 +76,14 @@ def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel, ac
     rows = rows_of(log, source.topic, source.device, f"sensors.{source.quantity}", source.name)
     rows = rows_where(rows, source.options)
     columns = {k: _field(rows, source.topic, f) for k, f in source.fields.items()}
-    t = np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float) - (sensor.latency if sensor else 0.0)
+    t = np.asarray(rows.index.to_numpy(dtype=np.int64) * 1e-9, float) - (
+        (sensor.latency or 0.0) if sensor else 0.0
+    )
     flagged = ~quality_mask(source.options, rows)
     stated = stated_accuracy(source, rows) if accuracy else None
-    raw = Raw(source.quantity, t, np.empty(0), flagged, source, stated=stated)
+    unsure = log.unsure.get(source.topic, 0.0)
+    sender = sender_of(log, source) if source.quantity in ("position", "velocity") else None
+    raw = Raw(source.quantity, t, np.empty(0), flagged, source, stated=stated, unsure=unsure, sender=sender)
     raw = _CONVERT[source.quantity](raw, columns, rows)
     return _corrected(raw, sensor, vessel)
 

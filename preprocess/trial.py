@@ -47,6 +47,10 @@ class Measurement:
     weight : (n,), optional
         Variance of each sample's white noise as a multiple of ``sigma`` squared, where the sensor's own word on its
         accuracy is followed; None: all samples are alike.
+    unsure : float
+        By how much all times may be early or late together because only the order of the records tells them, s.
+    sender : str, optional
+        Of a position or velocity: the receiver or message that it comes from. Of one sender, both have one clock.
     """
 
     name: str
@@ -61,6 +65,8 @@ class Measurement:
     correlation_time: float = 0.0
     wander: float = 0.0
     weight: FloatArray | None = None
+    unsure: float = 0.0
+    sender: str | None = None
 
 
 @dataclass(frozen=True)

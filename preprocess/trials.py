@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ingest.log import Log, Source
+from ingest.sender import sender_of
 from preprocess import frames
 from preprocess.accelerations import Accelerations, find_accelerations
 from preprocess.actuators import read_input
@@ -95,13 +97,14 @@ def gather(
     run: LoggedRun, vessel: Vessel, inputs: Sequence[Input], sensors: Mapping[str, Sensor]
 ) -> Gathered:
     """Return samples of every quantity and input that the log has."""
-    log, found, steps = run.log, {}, []
+    log, found, steps = run.log, dict[str, Raw](), []
     for quantity in (*NEEDED, *HELPFUL):
         sensor = sensors.get(quantity)
         source = source_of(log, quantity, sensor)
         if source is None and quantity in NEEDED:
             require(log, quantity, source)
         if source is not None:
+            sensor = _one_clock(found.get("position"), source, sensor, sensors, log)
             found[quantity] = read_raw(log, source, sensor, vessel, accuracy=True)
             if quantity in NEEDED and found[quantity].flagged.all():
                 require(log, quantity, None)
@@ -116,6 +119,19 @@ def gather(
     return Gathered(run, found, actuators, tuple(steps), find_accelerations(log))
 
 
+def _one_clock(
+    position: Raw | None, source: Source, sensor: Sensor | None, sensors: Mapping[str, Sensor], log: Log
+) -> Sensor | None:
+    """What is declared of a sensor; a velocity is as late as the position of its receiver, if nothing else is said."""
+    late = sensors["position"].latency if "position" in sensors else None
+    said = sensor is not None and sensor.latency is not None
+    if source.quantity != "velocity" or position is None or said or late is None:
+        return sensor
+    if sender_of(log, source) != position.sender:
+        return sensor
+    return replace(sensor or Sensor(source.quantity), latency=late)
+
+
 def _take(quantity: str, name: str, unit: str, sensor: Sensor | None, rivals: list[str]) -> dict[str, object]:
     out: dict[str, object] = {
         "quantity": quantity,
@@ -124,7 +140,7 @@ def _take(quantity: str, name: str, unit: str, sensor: Sensor | None, rivals: li
         "declared": bool(sensor and sensor.signals),
     }
     if sensor is not None and (sensor.offset or sensor.latency):
-        out |= {"offset": sensor.offset, "latency": sensor.latency}
+        out |= {"offset": sensor.offset, "latency": sensor.latency or 0.0}
     return out | ({"not_taken": rivals} if rivals else {})
 
 

@@ -57,14 +57,18 @@ class Input:
 
 @dataclass(frozen=True)
 class Sensor:
-    """Where a quantity is taken from, where detection is not enough; ``signals`` maps component to TOPIC.FIELD."""
+    """Where a quantity is taken from, where detection is not enough; ``signals`` maps component to TOPIC.FIELD.
+
+    ``latency`` is by how much its stamps are late, s; None where nothing is said: then a velocity from the receiver of
+    the position has that of the position.
+    """
 
     quantity: str
     signals: Mapping[str, str] = field(default_factory=dict)
     unit: str | None = None
     source: int | None = None
     offset: float = 0.0
-    latency: float = 0.0
+    latency: float | None = None
     reference: str | None = None
 
 

@@ -22,9 +22,21 @@ def test_sentences_faster_than_the_epochs_are_spread_over_them():
     lines = [
         x for i in range(20) for x in (*epoch(i)[:2], *(nmea(f"HEHDT,{i + j / 10:.2f},T") for j in range(10)))
     ]
-    table = decode_stream(b"".join(lines)).tables["HDT"]
-    np.testing.assert_array_equal(np.diff(table.index), SECOND // 10)
-    np.testing.assert_allclose(table["headingT"], (table.index - UTC_0) / SECOND, atol=1e-9)
+    stream = decode_stream(b"".join(lines))
+    table = stream.tables["HDT"]
+    np.testing.assert_allclose(np.diff(table.index), SECOND // 10, rtol=1e-3)
+    # ten in step with each epoch: any moment of a tenth of a second is as likely as any other
+    np.testing.assert_allclose(table["headingT"] + 0.05, (table.index - UTC_0) / SECOND, atol=2e-3)
+    assert 0.04 < stream.unsure["HDT"] <= 0.05
+
+
+def test_what_the_receiver_itself_sends_belongs_to_its_epoch():
+    lines = [
+        x for i in range(20) for x in (*epoch(i)[:2], *(nmea(f"GPROT,{j / 10:.2f},A") for j in range(10)))
+    ]
+    stream = decode_stream(b"".join(lines))
+    np.testing.assert_array_equal(stream.tables["ROT"].index, UTC_0 + np.arange(200) * SECOND // 10)
+    assert not stream.unsure
 
 
 @pytest.mark.parametrize(
@@ -39,12 +51,12 @@ def test_sentences_faster_than_the_epochs_are_spread_over_them():
     ],
 )
 @pytest.mark.parametrize("often", [1, 2])
-def test_instances_of_one_formatter_have_the_times_of_their_epoch_each(topic, bodies, often):
+def test_instances_of_one_formatter_are_timed_each_by_itself(topic, bodies, often):
     both = [nmea(body.format(7.5)) for body in bodies]
     raw = b"".join(s for i in range(20) for s in (*epoch(43200 + i)[:2], *both * often))
     index = decode_stream(raw).tables[topic].index.to_numpy()
-    expected = UTC_0 + 43200 * SECOND + np.arange(20 * often) * SECOND // often
-    np.testing.assert_array_equal(index, np.repeat(expected, 2))
+    expected = UTC_0 + 43200 * SECOND + (np.arange(20 * often) + 0.5) * SECOND / often
+    np.testing.assert_allclose(index, np.repeat(expected, 2), rtol=0, atol=0.02 * SECOND)
 
 
 def test_a_compass_that_runs_before_the_first_fix_and_after_the_last():

@@ -53,3 +53,13 @@ def test_the_true_motion_is_what_the_sensors_would_show(name, values, options):
     shift, left = (np.abs(x - motion[:, :6])[inside].max() for x in (seen, found))
     assert shift > 1e-3
     assert left < 0.1 * shift
+
+
+@pytest.mark.parametrize("one", [True, False])
+def test_the_velocity_of_a_late_receiver_is_late_too(one):
+    structure, p, _, _ = with_effect(
+        "clock_offset", {"offset": 0.35}, Variant(options={"stream": "position"})
+    )
+    structure = replace(structure, setting=replace(structure.setting, one_receiver=one))
+    d = drive(structure, p, stretch_of(MOTORS))
+    assert d.sensor[5:9] == pytest.approx([0.35, 0.0, 0.0, 0.35 if one else 0.0])

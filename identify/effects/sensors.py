@@ -50,7 +50,8 @@ def _sensor_streams(setting: Setting) -> list[Variant]:
 CLOCK_OFFSET = Effect(
     "clock_offset", "clock",
     "stamp = true time + offset, for one stream",
-    "One sensor's stamps are late or early: another clock, a filter's delay, a queue.",
+    "One sensor's stamps are late or early: another clock, a filter's delay, a queue. A velocity has those of its "
+    "receiver's position.",
     "Look up the sensor's latency; log a common event; use the receiver's own time.",
     "Groves 2013, sec. 14.4",
     parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0)),),

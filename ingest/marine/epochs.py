@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from ingest.clock import continue_clock
 from ingest.gps_time import GPS_EPOCH_NS, leap_seconds
 from ingest.log import Finding
+from ingest.marine.cadence import by_rate
+from ingest.marine.definitions import GNSS_TALKERS
 from ingest.marine.sentences import Rows
 from ingest.marine.stamps import Stamps
 from ingest.marine.ubx import Messages
 
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 
 SECOND = 1_000_000_000
 DAY, WEEK = 86_400 * SECOND, 7 * 86_400 * SECOND
@@ -40,12 +43,16 @@ class Timeline:
         UTC (or the time of day, where no date is known) that a record itself states; ``UNKNOWN`` elsewhere.
     findings : tuple of Finding
         What was odd.
+    unsure : (n,) float, optional
+        By how many seconds the records of a device without a clock may be early or late, all together; None where
+        a host wrote the time.
     """
 
     ns: Integers
     utc_of_zero: int | None
     stated: Integers
     findings: tuple[Finding, ...] = ()
+    unsure: Floats | None = None
 
 
 def timeline(
@@ -72,9 +79,10 @@ def timeline(
     mended, findings = continue_clock(stated[known])
     continuous = stated.copy()
     continuous[known] = mended
-    kinds = _kinds(count, sentences, messages)
-    ns = spread(continuous, kinds)
-    return Timeline(ns, 0 if dated else None, stated, tuple(findings))
+    kinds, device = _kinds(count, sentences, messages)
+    own = np.isin(device, device[known])
+    ns, unsure = spread(continuous, kinds, own)
+    return Timeline(ns, 0 if dated else None, stated, tuple(findings), unsure)
 
 
 def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
@@ -89,14 +97,28 @@ def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
     return Timeline(every, utc, stated, (*host.findings, *findings))
 
 
-def _kinds(count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]) -> Integers:
-    kinds = np.full(count, -1, np.int64)
+def _kinds(
+    count: int, sentences: Mapping[str, Rows], messages: Mapping[str, Messages]
+) -> tuple[Integers, Integers]:
+    """Which records are of one kind (topic, instance and device), and which of one device; see ``_talkers``."""
+    kinds, device = np.full(count, -1, np.int64), np.zeros(count, np.int64)
     pairs = [(r.record, r.instance) for r in sentences.values()] + [(m.record, 0) for m in messages.values()]
     first = 0
     for record, instance in pairs:
         kinds[record] = first + instance
         first += 1 + int(np.max(instance, initial=0))
-    return kinds
+    codes: dict[str, int] = {}
+    for rows in sentences.values():
+        if "talker" in rows.table:
+            device[rows.record] = _talkers(rows.table["talker"], codes)
+    return np.where(kinds < 0, -1, kinds * (1 + len(codes)) + device), device
+
+
+def _talkers(talker: pd.Series, codes: dict[str, int]) -> Integers:
+    """Number (n,) of each talker by ``codes``, which grow; 0 is the satellites' receiver by any of its names."""
+    names = [str(n) for n in talker.cat.categories]
+    own = [0 if n in GNSS_TALKERS else codes.setdefault(n, len(codes) + 1) for n in names]
+    return np.array(own, np.int64)[talker.cat.codes.to_numpy()]
 
 
 def stated_times(
@@ -177,11 +199,13 @@ def _nearest_week(tow: Integers, times: Integers, known: Integers, place: Intege
     return np.asarray(in_gps - leap_seconds(in_gps) * SECOND, np.int64)
 
 
-def spread(stated: Integers, kinds: Integers) -> Integers:
-    """Find times for the records that state none: those of an epoch are spread evenly over it, kind by kind.
+def spread(stated: Integers, kinds: Integers, own: Flags) -> tuple[Integers, Floats]:
+    """Find times for the records that state none, and by how many seconds they may be early or late together.
 
-    An epoch lasts from a record with a new time to the next such record. Of a kind that comes once per epoch, each
-    record has the time of its epoch; of one that comes k times, the j-th is j/k of the epoch later.
+    An epoch lasts from a record with a new time to the next such record. What the device sends that tells the time
+    belongs to its epoch: of a kind that comes once per epoch, each record has the time of its epoch; of one that comes
+    k times, the j-th is j/k of the epoch later. Any other device runs by itself, and only the order of arrival tells
+    when: at its own rate where it has one (``ingest.marine.cadence``), else in the middle of its share of the epoch.
 
     Parameters
     ----------
@@ -189,6 +213,14 @@ def spread(stated: Integers, kinds: Integers) -> Integers:
         Times, ``UNKNOWN`` where a record has none.
     kinds : (n,) int64
         Which records are of one kind.
+    own : (n,) bool
+        Which come from a device that states times.
+
+    Notes
+    -----
+    It is assumed that the first record of an epoch takes as long from the moment that it states to the file as the
+    records between take from theirs. If it takes longer by a constant time, a device of its own seems early by that:
+    the order cannot tell.
     """
     known = np.flatnonzero(stated != UNKNOWN)
     leader = known[np.concatenate(([True], np.diff(np.maximum.accumulate(stated[known])) > 0))]
@@ -203,8 +235,24 @@ def spread(stated: Integers, kinds: Integers) -> Integers:
     before, after = (usual * _epochs_in(epoch == e, inner, kinds, size) for e in (-1, last))
     begins = np.concatenate(([times[0] - before], times))
     lasts = np.concatenate(([before], steps, [after]))
-    shared = begins[epoch + 1] + lasts[epoch + 1] * rank // size
-    return np.where(stated == UNKNOWN, shared, stated)
+    share = lasts[epoch + 1] // size
+    shared = begins[epoch + 1] + lasts[epoch + 1] * rank // size + np.where(own, 0, share // 2)
+    unsure = np.where(own | (stated != UNKNOWN), 0.0, 0.5 * share)
+    within = np.concatenate(([-np.inf], times - times[0], [np.inf]))
+    for mine in _each_kind(kinds, ~own & (stated == UNKNOWN)):
+        place = epoch[mine]
+        found, half = by_rate(within[place + 1], within[place + 2], (shared[mine] - times[0]).astype(float))
+        good = np.isfinite(found)
+        shared[mine[good]] = times[0] + np.rint(found[good]).astype(np.int64)
+        unsure[mine[good]] = half[good]
+    return np.where(stated == UNKNOWN, shared, stated), unsure / SECOND
+
+
+def _each_kind(kinds: Integers, chosen: Flags) -> list[Integers]:
+    """Places of the chosen records, kind by kind, in order; of no known kind, none."""
+    place = np.flatnonzero(chosen & (kinds >= 0))
+    place = place[np.argsort(kinds[place], kind="stable")]
+    return [p for p in np.split(place, 1 + np.flatnonzero(np.diff(kinds[place]))) if len(p)]
 
 
 def _epochs_in(chosen: Flags, inner: Flags, kinds: Integers, size: Integers) -> int:

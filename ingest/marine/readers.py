@@ -61,6 +61,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
         messages=stream.messages,
         bytes_damaged=stream.bytes_damaged,
         sources=sources_of(stream.tables),
+        unsure=stream.unsure,
     )
 
 

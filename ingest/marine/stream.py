@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ingest.log import Finding
 from ingest.marine.accuracy import with_accuracy
-from ingest.marine.epochs import timeline
+from ingest.marine.epochs import Timeline, timeline
 from ingest.marine.rules import units_of
 from ingest.marine.scan import RTCM3, Bytes, Records, scan
 from ingest.marine.sentences import sentence_rows
@@ -34,6 +35,8 @@ class Stream:
         UTC at index 0.
     findings : tuple of Finding
     messages, bytes_damaged : int
+    unsure : mapping of str to float
+        By how many seconds all rows of a topic may be early or late together, where only their order tells when.
     remainder : int
         Where an unfinished record at the end may begin; a live port keeps the bytes from there on.
     """
@@ -45,6 +48,7 @@ class Stream:
     messages: int = 0
     bytes_damaged: int = 0
     remainder: int = 0
+    unsure: dict[str, float] = field(default_factory=dict)
 
 
 def decode_stream(
@@ -92,7 +96,16 @@ def decode_stream(
         messages=len(records.kind),
         bytes_damaged=bad,
         remainder=_remainder(array, records),
+        unsure=_unsure(line, {topic: record for topic, (_, record) in decoded.items() if topic in tables}),
     )
+
+
+def _unsure(line: Timeline, records: Mapping[str, NDArray[np.int64]]) -> dict[str, float]:
+    """By how many seconds a topic may be early or late as a whole: the median over its rows, where it is any."""
+    if line.unsure is None:
+        return {}
+    found = {topic: float(np.median(line.unsure[rows])) for topic, rows in records.items() if len(rows)}
+    return {topic: half for topic, half in found.items() if half > 0.0}
 
 
 def _arrivals(records: Records, arrival: tuple[NDArray[np.int64], NDArray[np.int64]]) -> Stamps:

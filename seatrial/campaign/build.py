@@ -103,7 +103,7 @@ def sensor_of(quantity: str, sensor: SensorTable) -> Sensor:
         unit=sensor.unit,
         source=sensor.source,
         offset=float(getattr(sensor, "offset", 0.0)),
-        latency=float(sensor.latency),
+        latency=sensor.latency,
         reference=getattr(sensor, "reference", None),
     )
 

@@ -77,7 +77,10 @@ class SensorTable(Table):
 
     unit: Text | None = optional("unit of the values, or of the angle among them")
     source: Device | None = optional("device address, system id or instance")
-    latency: float = Field(default=0.0, description="how late the time stamps are, s")
+    latency: float | None = Field(
+        default=None,
+        description="how late the time stamps are, s (of a velocity: else as its receiver's position)",
+    )
 
 
 class ScalarTable(SensorTable):

@@ -44,7 +44,8 @@ def save(identifier: Identifier, path: Path) -> None:
         "structure": {
             "streams": list(horizon.structure.setting.streams), "wind": horizon.structure.setting.wind_logged,
             "u0": horizon.structure.u0, "amplitudes": horizon.structure.amplitudes,
-            "input_lead": horizon.structure.input_lead,
+            "input_lead": horizon.structure.input_lead, "unsure": dict(horizon.structure.unsure),
+            "one_receiver": horizon.structure.setting.one_receiver,
         },
         "names": [s.name for s in horizon.structure.slots],
         "p": horizon.p.tolist(),
@@ -107,6 +108,7 @@ def _structure(campaign: Campaign, content: dict[str, Any]) -> Structure:
         streams=tuple(s for s in STREAMS if s in known["streams"]), wind_logged=bool(known["wind"]),
         u0=float(known["u0"]), amplitudes=dict(known["amplitudes"]),
         input_lead=None if lead is None else (float(lead[0]), float(lead[1])),
+        unsure=dict(known.get("unsure", {})), one_receiver=bool(known.get("one_receiver", False)),
     )  # fmt: skip
     return structure
 

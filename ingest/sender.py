@@ -1,0 +1,37 @@
+"""Which receiver, or which message, a quantity comes from: what comes from one has one clock."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ingest.log import SOURCE, Log, Source
+
+#: Messages of u-blox receivers, and of GNSS receivers on NMEA 2000: each of the latter has an address of its own.
+_UBX = re.compile(r"(NAV2?|HNR)-")
+_N2K = ("positionRapidUpdate", "gnssPositionData", "cogSogRapidUpdate")
+
+
+def sender_of(log: Log, source: Source) -> str:
+    """Name of the receiver that a position or velocity comes from, else of the message.
+
+    A satellites' receiver sends both in several sentences of one epoch (NMEA 0183, UBX, NMEA 2000); elsewhere what
+    stands in one message is of one moment. A row of a table is no message: there, velocities along the hull's axes are
+    those of another sensor, and velocities over ground those of the receiver.
+    """
+    from ingest.marine.definitions import GNSS_TALKERS
+
+    device = "" if source.device is None else f"[{source.device}]"
+    table = log.tables[source.topic]
+    if "talker" in table and SOURCE not in table:
+        talkers = {str(x) for x in table["talker"].unique()}
+        return "GNSS" if talkers <= GNSS_TALKERS else "+".join(sorted(talkers))
+    if _UBX.match(source.topic):
+        return "GNSS"
+    if source.topic in _N2K and SOURCE in table:
+        found = np.unique(table[SOURCE].dropna().to_numpy(np.int64))
+        own = source.device if source.device is not None else int(found[0]) if len(found) == 1 else None
+        return source.topic if own is None else f"receiver [{own}]"
+    along = "forward" in source.fields and not source.topic
+    return f"{source.topic}{device}" + (" along the hull" if along else "")
