@@ -137,9 +137,10 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
     p, solution = begun.p, None
     for size in lengths:
         longer = problem if size == problem.length else cut(problem.stretches, size).weighted_as(problem)
-        begun = begun if longer is problem else settled(longer, structure, p)
-        if not np.isfinite(begun.cost):
+        here = begun if longer is problem else settled(longer, structure, p)
+        if not np.isfinite(here.cost):
             break
+        begun = here
         problem, first = calibrated_anew(longer, begun), begun.first
         for _ in range(PATIENCE):
             tolerance = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
