@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -124,11 +124,12 @@ class Structure:
 
     @cached_property
     def _free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
-        """Per active effect: its free terms with their parameters' names."""
-        return tuple(
-            tuple(a.effect.terms(self.setting, a.variant).items()) if a.effect.terms else ()
-            for a in self.actives
-        )
+        """Per active effect: its free terms with their parameters' names, in the equations that the model has."""
+        return tuple(tuple(self._terms_of(a)) for a in self.actives)
+
+    def _terms_of(self, active: Active) -> Iterator[tuple[str, Term]]:
+        terms = active.effect.terms(self.setting, active.variant) if active.effect.terms else {}
+        return ((n, t) for n, t in terms.items() if t.dof in self.model.predicts)
 
     @cached_property
     def _terms(self) -> tuple[Term, ...]:

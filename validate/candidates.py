@@ -42,8 +42,13 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
         for effect in effects
         if not effect.rewire
         for variant in effect.variants(structure.setting)
-        if (active := Active(effect, variant)).label not in taken
+        if (active := Active(effect, variant)).label not in taken and _moves(structure, active)
     ]
+
+
+def _moves(structure: Structure, active: Active) -> bool:
+    """Whether an effect has parameters in the equations that the model has."""
+    return any(s.effect == len(structure.actives) for s in structure.with_effect(active).slots)
 
 
 def wirings(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:

@@ -38,6 +38,7 @@ ANTENNA_OFFSET = Effect(
     "Groves 2013, sec. 3.4",
     parameters=(Parameter("x", "m", 0.1, (-200.0, 200.0)), Parameter("y", "m", 0.1, (-200.0, 200.0))),
     sensor=lambda p, _: SensorShift(antenna=(p["x"], p["y"])),
+    variants=lambda s: [Variant()] if "position" in s.streams else [],
 )  # fmt: skip
 
 

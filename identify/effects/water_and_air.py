@@ -23,6 +23,7 @@ CURRENT = Effect(
     "Fossen 2011, sec. 8.3; IMO MSC/Circ.1053, 3.4.2.5",
     parameters=(Parameter("north", "m/s", 0.1, (-5, 5)), Parameter("east", "m/s", 0.1, (-5, 5))),
     current=lambda p: (p["north"], p["east"]),
+    variants=lambda s: [Variant()] if "position" in s.streams else [],
     report=lambda p: _polar(p, "north", "east", comes_from=False),
     reported={"speed": "m/s", "direction": "rad"},
 )  # fmt: skip
