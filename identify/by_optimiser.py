@@ -90,7 +90,7 @@ def _driven(structure: Structure, course: Course) -> Driven:
     part = slice(w.first, w.first + w.steps)
     return Driven(
         course.first, course.stretch.h, structure.model.discrete, d.channels[part], d.slopes[part], d.wind[part],
-        d.current, structure.u0,
+        d.current, d.u0,
     )  # fmt: skip
 
 

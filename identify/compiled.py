@@ -25,7 +25,7 @@ def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
     """What drives a stretch, for the compiled code."""
     rows = structure.table.tape.rows(d.coefficients)
     discrete = structure.model.discrete
-    return Motion(h, discrete, structure.u0, d.channels, d.slopes, d.fine, d.wind, d.current, rows)
+    return Motion(h, discrete, d.u0, d.channels, d.slopes, d.fine, d.wind, d.current, rows)
 
 
 def sensing_of(inflation: FloatArray, stretch: Stretch, sensor: FloatArray, along: FloatArray) -> Sensing:

@@ -14,6 +14,7 @@ from identify.kernel import CHANNEL, NM
 from identify.resample import rates, straight_lines
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
+from identify.term import FACTORS
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -28,7 +29,7 @@ class Drive:
     ``channels`` (n, nc) mean over each step and ``slopes`` (n, nc) of the straight line with the same first moment (end
     less middle), made of a ``constant`` (nc,) and what the inputs put in, the ``shares``; ``coefficients`` (p,),
     ``wind`` (n, 2), ``current`` (2,), ``sensor`` (9,); ``factor`` (p,) is what effects on loading make of each
-    coefficient in this log (already in ``coefficients``).
+    coefficient in this log (already in ``coefficients``); ``u0`` the speed that terms in Δu are about, m/s.
     """
 
     channels: FloatArray
@@ -40,6 +41,7 @@ class Drive:
     current: FloatArray
     sensor: FloatArray
     factor: FloatArray
+    u0: float = 0.0
 
     @cached_property
     def fine(self) -> FloatArray:
@@ -87,7 +89,7 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
     factor = _loading(structure, values, stretch.name)
     return replace(
         inputs, coefficients=factor * _coefficients(structure, p, values), wind=stretch.wind + air, current=current,
-        sensor=sensor_of(structure, p, values), factor=factor,
+        sensor=sensor_of(structure, p, values), factor=factor, u0=structure.u0_at(p),
     )  # fmt: skip
 
 
@@ -177,6 +179,10 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
         if k in carrying:
             driven.append((CHANNEL + structure.table.channels.index(carrying[k]), g))
             columns.append((np.ones(stretch.steps), np.zeros(stretch.steps)))
+            continue
+        if k == structure.u0_place:
+            driven.append((FACTORS.index("Δu"), g))
+            columns.append((np.full(stretch.steps, -1.0), np.zeros(stretch.steps)))
             continue
         if k == lead_slot(structure):
             for place, value, slope in _changing(*_by_lead(here, stretch)):

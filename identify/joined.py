@@ -195,7 +195,7 @@ def _run_stretch(chain: Chain, p: FloatArray, first: FloatArray, stretch: int) -
         state[UVR] = first[k]
         done = sensitivities(
             state, w.begin, w.steps, s.h, structure.model.discrete, d.channels, d.slopes, d.wind, d.current,
-            structure.u0, tape.steps, tape.rows(d.coefficients), along, run,
+            d.u0, tape.steps, tape.rows(d.coefficients), along, run,
         )  # fmt: skip
         if done < w.steps:
             return None

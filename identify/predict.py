@@ -48,7 +48,7 @@ def run(
     part = slice(begin, begin + steps)
     return kernel.free_run(
         structure.table.tape, first, stretch.h, structure.model.discrete, d.channels[part], d.slopes[part],
-        d.wind[part], d.current, structure.u0, d.coefficients,
+        d.wind[part], d.current, d.u0, d.coefficients,
     )  # fmt: skip
 
 
@@ -56,7 +56,7 @@ def accelerations_at(structure: Structure, d: Drive, state: FloatArray, step: in
     """Accelerations (5,) of u, v, r, e1, e2 that the model gives in a state (8,), driven as a step begins."""
     channels = d.channels[step] - d.slopes[step]
     return kernel.accelerations_at(
-        structure.table.tape, state, channels, d.wind[step], d.current, structure.u0, d.coefficients
+        structure.table.tape, state, channels, d.wind[step], d.current, d.u0, d.coefficients
     )
 
 

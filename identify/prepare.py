@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.models import MODEL_BY_NAME
+from identify.reference_speed import with_speed_from_motion
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
@@ -52,6 +53,7 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
             "no log to identify on has an unbroken stretch of five seconds with position and heading."
         )
     structure, notes = _declare(model, trials, used, identify)
+    structure = with_speed_from_motion(structure, identify)
     validate = tuple(s for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, notes, _digest(used))
 
@@ -110,7 +112,7 @@ def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:
 def _declare(
     model: str, trials: Sequence[Trial], used: Sequence[Trial], stretches: Sequence[Stretch]
 ) -> tuple[Structure, tuple[str, ...]]:
-    first = used[0]
+    first, known = used[0], used[0].vessel.reference_speed
     speeds = np.concatenate([s.states[:, 3] for s in stretches])
     return structure_for(
         model,
@@ -121,7 +123,8 @@ def _declare(
         depths=tuple({t.name: t.depth for t in trials}.values()),
         wind_logged="wind" in first.measurements,
         identify_logs=tuple(dict.fromkeys(t.name for t in used)),
-        u0=float(np.quantile(speeds, 0.9)),
+        u0=known or float(np.quantile(speeds, 0.9)),
+        u0_found=known is None,
         amplitudes=_amplitudes(used),
         input_lead=_input_lead(used),
         unsure=_unsure(used),

@@ -8,8 +8,9 @@ import numpy as np
 
 from identify.drive import drive, sensor_of
 from identify.flow import CHANNELS, RESULTS, flow_along
+from identify.slot import Slot
 from identify.stretch import Stretch
-from identify.structure import Slot, Structure
+from identify.structure import Structure
 from identify.term import FACTORS, Term, factors_of
 from identify.true_motion import true_states
 
@@ -74,7 +75,7 @@ def regressors(
     acting = d.channels if seen is None else seen(d.channels)
     middle = 0.5 * (states[1:] + states[:-1])
     middle_water = through_water(middle, d.current)
-    values = factor_values(middle_water, d.wind, d.current, structure.u0)
+    values = factor_values(middle_water, d.wind, d.current, d.u0)
     values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
     values |= flow_values(structure, middle_water, values)
     out = np.empty((stretch.steps, len(structure.table.terms)))

@@ -14,7 +14,8 @@ from identify.misfit import misfit_scale
 from identify.output_error import Solution
 from identify.physical import physical_notes
 from identify.prepare import Prepared
-from identify.structure import Slot, Structure
+from identify.slot import Slot
+from identify.structure import Structure
 from identify.term import unit_of
 from identify.wander import Reduction, moved_by_wander
 from identify.windows import Problem, moments, state_precision
@@ -97,7 +98,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(coefficients),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
-        prepared.digest, tuple(notes), structure.u0, _typical(prepared),
+        prepared.digest, tuple(notes), structure.u0_at(p), _typical(prepared),
     )  # fmt: skip
     return replace(fit, notes=(*fit.notes, *physical_notes(fit)))
 

@@ -12,6 +12,7 @@ from identify import flow
 from identify.effect import Active, Parameter, Setting
 from identify.forces import channel_names
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
+from identify.slot import CLOCK, U0, Slot, clocks, reference_speed
 from identify.tape import Tape, tape_of
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
 from ingest.errors import UsageError
@@ -20,31 +21,7 @@ from preprocess.vessel import Input, Vessel
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
-#: Ending of the names of what is not known of a stream's stamps.
-CLOCK = "_clock"
 _EQUATION = {"u": 0, "v": 1, "r": 2, "e1": 3, "e2": 4}
-
-
-@dataclass(frozen=True)
-class Slot:
-    """One place in the vector of parameters.
-
-    ``coefficient`` is the index of the coefficient that it is (a linear parameter), or -1; ``effect`` the index of
-    the active effect that it belongs to, or -1 for the model itself; ``prior`` (mean, standard deviation), where
-    something is known beforehand.
-    """
-
-    name: str
-    effect: int
-    parameter: Parameter
-    coefficient: int = -1
-    term: Term | None = None
-    prior: tuple[float, float] | None = None
-
-    @property
-    def nuisance(self) -> bool:
-        """Whether it says when something was logged, and nothing of the vessel."""
-        return self.effect < 0 and (self.name == "input_lead" or self.name.endswith(CLOCK))
 
 
 @dataclass(frozen=True)
@@ -78,7 +55,8 @@ class Structure:
 
     ``input_lead`` is the prior (mean, standard deviation) in s of how far the actuators may be ahead of the logged
     inputs because an input is only logged now and then; None where that is negligible. ``unsure`` is the standard
-    deviation in s of the stamps of streams whose times only the order of the records tells, all together.
+    deviation in s of the stamps of streams whose times only the order of the records tells, all together. ``u0`` is the
+    speed that terms in Δu are about, or where the search for it begins if it is to be ``u0_found``.
     """
 
     model: Model
@@ -90,6 +68,7 @@ class Structure:
     amplitudes: dict[str, float] = field(default_factory=dict)
     input_lead: tuple[float, float] | None = None
     unsure: Mapping[str, float] = field(default_factory=dict)
+    u0_found: bool = False
 
     def with_effect(self, active: Active) -> Structure:
         """The same with one more effect."""
@@ -173,6 +152,7 @@ class Structure:
         ]
         k = len(slots) + len(self.model.fixed)
         slots += self._flow_slots()
+        slots += [reference_speed(self.u0)] if self.u0_is_free else []
         for e, (active, free) in enumerate(zip(self.actives, self._free_terms, strict=True)):
             slots += [
                 Slot(n, e, Parameter(n, "", 1.0, _limits(t)), k + j, t) for j, (n, t) in enumerate(free)
@@ -190,15 +170,7 @@ class Structure:
             slots.append(
                 Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd))
             )
-        slots += [
-            Slot(
-                f"{stream}{CLOCK}",
-                -1,
-                Parameter(f"{stream}{CLOCK}", "s", sd, (-2.2 * sd, 2.2 * sd)),
-                prior=(0.0, sd),
-            )
-            for stream, sd in self.unsure.items()
-        ]
+        slots += clocks(self.unsure)
         return tuple(slots)
 
     def _flow_slots(self) -> list[Slot]:
@@ -219,6 +191,21 @@ class Structure:
         return {
             s.name.removesuffix(CLOCK): k for k, s in enumerate(self.slots) if s.nuisance and CLOCK in s.name
         }
+
+    @cached_property
+    def u0_is_free(self) -> bool:
+        """Whether the speed that terms in Δu are about is a parameter of the model: where none is declared."""
+        return self.u0_found and any("Δu" in factors_of(t.text) for t in self.setting.terms)
+
+    @cached_property
+    def u0_place(self) -> int:
+        """Where that speed stands among the parameters; -1 where it is none."""
+        mine = [k for k, s in enumerate(self.slots) if s.name == U0 and s.effect < 0 and s.coefficient < 0]
+        return mine[0] if mine else -1
+
+    def u0_at(self, p: FloatArray) -> float:
+        """The speed that terms in Δu are about, m/s."""
+        return self.u0 if self.u0_place < 0 else float(p[self.u0_place])
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:
         """Named parameter values of one active effect."""
@@ -268,6 +255,7 @@ def structure_for(
     input_lead: tuple[float, float] | None = None,
     unsure: Mapping[str, float] | None = None,
     one_receiver: bool = False,
+    u0_found: bool = False,
 ) -> tuple[Structure, tuple[str, ...]]:
     """The declared model alone, for this vessel and these logs, with notes on terms that were left out."""
     if model_name not in MODEL_BY_NAME:
@@ -279,7 +267,7 @@ def structure_for(
     notes = (*notes, f"{model.name}: {model.cannot}") if model.cannot else notes
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs, one_receiver)
     return Structure(
-        model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead, unsure or {}
+        model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead, unsure or {}, u0_found
     ), notes
 
 

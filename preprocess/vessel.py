@@ -15,7 +15,8 @@ SMOOTHERS = ("rts", "eso", "ekf", "nomoto_eso")
 class Vessel:
     """Particulars in SI units; positions are (forward, starboard) of the campaign's origin point.
 
-    ``added_mass`` is that of surge and sway, kg, and of yaw, kg m².
+    ``added_mass`` is that of surge and sway, kg, and of yaw, kg m². ``reference_speed`` is that of a model's terms in
+    Δu, m/s, where it is known.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Vessel:
     propeller: Mapping[str, float] = field(default_factory=dict)
     rudder: Mapping[str, float] = field(default_factory=dict)
     added_mass: tuple[float, float, float] | None = None
+    reference_speed: float | None = None
 
 
 @dataclass(frozen=True)

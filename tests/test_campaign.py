@@ -76,6 +76,14 @@ def test_options_win_and_are_checked(folder):
         with_options(campaign, model="blankee")
 
 
+def test_the_speed_that_a_model_is_about_may_be_said(folder):
+    assert load(folder, SMALL).vessel.reference_speed is None
+    said = load(folder, SMALL.replace('name = "blanke"', 'name = "abkowitz"\nu0 = 6.0'))
+    assert said.vessel.reference_speed == 6.0
+    with pytest.raises(CampaignError, match=r"\[model\] u0"):
+        load(folder, SMALL.replace('name = "blanke"', 'name = "abkowitz"\nu0 = -6.0'))
+
+
 def test_the_schema_says_the_same_as_the_reader(folder):
     validator = jsonschema.Draft202012Validator(campaign_schema())
     validator.check_schema(campaign_schema())

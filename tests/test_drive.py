@@ -11,7 +11,10 @@ from test_kernel import stretch_of
 
 from identify.drive import directions, drive
 from identify.kernel import CHANNEL
+from identify.predict import accelerations_at
+from identify.regression import regressors
 from identify.structure import null_parameters
+from identify.term import FACTORS
 
 
 def test_a_lead_of_the_inputs_moves_the_channels_as_the_inputs_change():
@@ -34,3 +37,37 @@ def test_a_lead_of_the_inputs_moves_the_channels_as_the_inputs_change():
         if which == lead:
             true = np.cumsum(slope[:, place - CHANNEL]) * stretch.h
             assert np.cumsum(column) * stretch.h == pytest.approx(true, abs=0.02 * np.ptp(true))
+
+
+def with_speed(**options):
+    """Abkowitz's model about a speed that is found, with terms of a size, and a drive of it."""
+    structure = structure_of("abkowitz", u0=0.7, **options)
+    p = null_parameters(structure)
+    p[structure.simple] = np.linspace(-0.3, 0.1, len(structure.simple))
+    return structure, p, stretch_of((RUDDER, PROPELLER))
+
+
+def test_a_speed_that_is_found_moves_what_is_measured_from_it():
+    structure, p, stretch = with_speed(u0_found=True)
+    k = [s.name for s in structure.slots].index("u0")
+    here = drive(structure, p, stretch)
+    ways = directions(structure, p, stretch, here)
+    state = np.array([0.0, 0.0, 0.3, 0.9, 0.1, 0.05, 0.0, 0.0])
+
+    def at(value):
+        moved = np.where(np.arange(len(p)) == k, value, p)
+        return accelerations_at(structure, drive(structure, moved, stretch), state, 0)[:3]
+
+    (place,) = (i for i, (_, g) in enumerate(ways.driven) if structure.general[g] == k)
+    assert ways.driven[place, 0] == FACTORS.index("Δu")
+    assert (ways.values[:, place] == -1.0).all()
+    assert np.abs(at(0.71) - at(0.69)).max() > 1e-3
+
+
+def test_a_speed_that_is_known_is_no_parameter_and_gives_the_same():
+    (found, p, stretch), (known, q, _) = with_speed(u0_found=True), with_speed()
+    assert len(p) == len(q) + 1 and not known.u0_is_free and known.u0_at(q) == 0.7
+    a, b = (drive(s, x, stretch) for s, x in ((found, p), (known, q)))
+    assert a.u0 == b.u0 == 0.7
+    assert np.array_equal(regressors(found, p, stretch), regressors(known, q, stretch))
+    assert not structure_of("blanke", u0_found=True).u0_is_free

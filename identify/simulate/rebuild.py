@@ -13,6 +13,7 @@ from identify.effect import Active, Effect, Setting, Variant
 from identify.effects import EFFECTS
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.models import MODEL_BY_NAME, model_for, terms_for
+from identify.slot import U0
 from identify.structure import Structure
 from identify.term import Term, factors_of
 from ingest.errors import UsageError, nearest
@@ -83,7 +84,8 @@ def _structure(fit: Fit) -> Structure:
         )
     setting = Setting(fit.vessel, fit.inputs, terms, _logs(fit.effects), streams=_STREAMS)
     actives = tuple(_active(e, setting) for e in fit.effects)
-    return Structure(model, fit.vessel, fit.inputs, setting, fit.u0 or 0.0, actives)
+    found = any(c.name == U0 and not c.dof for c in fit.coefficients)
+    return Structure(model, fit.vessel, fit.inputs, setting, fit.u0 or 0.0, actives, u0_found=found)
 
 
 def _term(c: Estimated, declared: Mapping[tuple[str, str], Term], by_name: Mapping[str, Term]) -> Term:

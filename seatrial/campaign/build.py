@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from preprocess.vessel import Input, Sensor, Smoothing, Vessel
@@ -17,7 +18,7 @@ def campaign_of(file: Path, table: CampaignTable) -> Campaign:
     folder = file.parent
     return Campaign(
         path=file,
-        vessel=vessel_of(table.vessel),
+        vessel=replace(vessel_of(table.vessel), reference_speed=table.model.u0),
         inputs=inputs_of(table),
         sensors=tuple(
             sensor_of(quantity, sensor)

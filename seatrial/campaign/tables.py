@@ -162,6 +162,9 @@ class ModelTable(Table):
     name: Text = Field(default="auto", description="name of the model")
     estimator: Text = Field(default="auto", description="name of the estimator")
     optimiser: Text = Field(default="auto", description="name of the optimiser")
+    u0: Positive | None = optional(
+        "speed that terms in Δu are about, m/s (abkowitz); where not given, it is found with the coefficients"
+    )
 
 
 class DialectTable(Table):

@@ -31,7 +31,7 @@ def fit_of(identifier: Identifier) -> Fit | None:
     return Fit(
         structure.model.name, structure.vessel, structure.inputs, "output_error", "on line", 0, coefficients,
         tuple(effect for effect, _ in made), rows @ covariance @ rows.T, estimator.chi2, STOPPED, "",
-        identifier.start.notes if identifier.start else (), structure.u0, _typical(estimator),
+        identifier.start.notes if identifier.start else (), structure.u0_at(known.p), _typical(estimator),
     )  # fmt: skip
 
 

@@ -45,6 +45,7 @@ def save(identifier: Identifier, path: Path) -> None:
             "streams": list(horizon.structure.setting.streams), "wind": horizon.structure.setting.wind_logged,
             "u0": horizon.structure.u0, "amplitudes": horizon.structure.amplitudes,
             "input_lead": horizon.structure.input_lead, "unsure": dict(horizon.structure.unsure),
+            "u0_found": horizon.structure.u0_found,
             "one_receiver": horizon.structure.setting.one_receiver,
         },
         "names": [s.name for s in horizon.structure.slots],
@@ -109,6 +110,7 @@ def _structure(campaign: Campaign, content: dict[str, Any]) -> Structure:
         u0=float(known["u0"]), amplitudes=dict(known["amplitudes"]),
         input_lead=None if lead is None else (float(lead[0]), float(lead[1])),
         unsure=dict(known.get("unsure", {})), one_receiver=bool(known.get("one_receiver", False)),
+        u0_found=bool(known.get("u0_found", False)),
     )  # fmt: skip
     return structure
 
