@@ -115,8 +115,8 @@ def _coefficients(structure: Structure, p: FloatArray, values: list[dict[str, fl
     for _, _, value in structure.model.fixed:
         out[k] = value
         k += 1
-    for active, v in zip(structure.actives, values, strict=True):
-        k += len(active.effect.terms(structure.setting, active.variant)) if active.effect.terms else 0
+    for active, v, free in zip(structure.actives, values, structure.free_terms, strict=True):
+        k += len(free)
         for _, value in active.effect.fixed_terms(v) if active.effect.fixed_terms else ():
             out[k] = value
             k += 1

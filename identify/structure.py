@@ -102,7 +102,7 @@ class Structure:
         return Table(self._terms, equation, np.arange(len(self._terms)), product, names, constants)
 
     @cached_property
-    def _free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
+    def free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
         """Per active effect: its free terms with their parameters' names, in the equations that the model has."""
         return tuple(tuple(self._terms_of(a)) for a in self.actives)
 
@@ -113,7 +113,7 @@ class Structure:
     @cached_property
     def _terms(self) -> tuple[Term, ...]:
         terms = [*self.setting.terms, *(Term(dof, text) for dof, text, _ in self.model.fixed)]
-        for active, free in zip(self.actives, self._free_terms, strict=True):
+        for active, free in zip(self.actives, self.free_terms, strict=True):
             terms += [t for _, t in free]
             if active.effect.fixed_terms:
                 terms += [t for t, _ in active.effect.fixed_terms(nulls(active))]
@@ -153,7 +153,7 @@ class Structure:
         k = len(slots) + len(self.model.fixed)
         slots += self._flow_slots()
         slots += [reference_speed(self.u0)] if self.u0_is_free else []
-        for e, (active, free) in enumerate(zip(self.actives, self._free_terms, strict=True)):
+        for e, (active, free) in enumerate(zip(self.actives, self.free_terms, strict=True)):
             slots += [
                 Slot(n, e, Parameter(n, "", 1.0, _limits(t)), k + j, t) for j, (n, t) in enumerate(free)
             ]

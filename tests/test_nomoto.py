@@ -7,11 +7,14 @@ import pandas as pd
 import pytest
 
 from identify.base_fit import fit_declared
+from identify.drive import drive
 from identify.physical import physical
 from identify.prepare import prepare
 from identify.report_fit import make_fit
+from identify.structure import null_parameters
 from preprocess.trial import Measurement, Trial
 from preprocess.vessel import Input, Vessel
+from validate.candidates import candidates
 
 RUDDER = Input("rudder", "rudder", position=(-1.5, 0.0))
 STEP, WITHIN, GEAR = 0.02, 20, np.radians(20.0)
@@ -97,3 +100,15 @@ def test_positions_say_nothing_of_a_model_of_yaw_alone():
     prepared = prepare([trial("nomoto1", 20, 0)], "nomoto1")
     assert prepared.structure.setting.streams == ("heading", "yaw_rate")
     assert set(prepared.identify[0].samples.kind.tolist()) == {1, 2}
+
+
+def test_every_cause_acts_in_yaw_alone_and_can_be_tried_from_its_null():
+    prepared = prepare([trial("nomoto1", 20.0, 0)], "nomoto1")
+    (stretch,), found = prepared.identify, candidates(prepared.structure)
+    assert {"wind", "quadratic_damping", "actuator_lag"} <= {a.effect.name for a in found}
+    assert not {"current", "antenna_offset", "turning_resistance"} & {a.effect.name for a in found}
+    for active in found:
+        structure = prepared.structure.with_effect(active)
+        coefficients = drive(structure, null_parameters(structure), stretch).coefficients
+        assert len(coefficients) == len(structure.table.terms)
+        assert {t.dof for _, t in structure.free_terms[0]} <= {"r"}

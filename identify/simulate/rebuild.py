@@ -132,7 +132,7 @@ class Searched:
 
     def __init__(self, active: Active, structure: Structure) -> None:
         self.effect = active.effect
-        free = active.effect.terms(structure.setting, active.variant) if active.effect.terms else {}
+        free = [name for name, _ in structure.free_terms[structure.actives.index(active)]]
         self.absent = dict.fromkeys(free, 0.0) | {q.name: q.null for q in active.effect.parameters}
 
     def values(self, names: tuple[str, ...], reported: FloatArray) -> FloatArray:
