@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measured_peers import PEERS
-from identify.base_fit import fit_far_from_noise
 from identify.choose_model import Considered, choose_model
 from identify.predict import free_run
+from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared, prepare
 from identify.whole_logs import regression_start
 from preprocess.trial import Trial

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bench_measured import CAMPAIGN, trials_of
-from identify.base_fit import fit_far_from_noise
 from identify.left_out import errors_in_parts
 from identify.misfit import DRAWS, SMALL
 from identify.predict import free_run
+from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import prepare
 from identify.report_fit import covariance_of, make_fit
 from identify.simulate import Measure, parse_order, simulate

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from identify.chain import spreads
 from identify.disturbed import Disturbed
-from identify.left_out import Refit, joined_regularised
+from identify.left_out import Refit
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors, runs_away
-from identify.prepare import Prepared
 from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.settled import Settled, settled
 from identify.stretch import Stretch
@@ -43,6 +41,11 @@ FAR = 3.0
 CLEARLY = 0.9
 #: Below this cost per degree of freedom a model is at the noise.
 NEAR = 1.2
+#: What is said where no fit can begin.
+RAN_AWAY = (
+    "the model runs away from the measurements at once, whatever its coefficients. See with `seatrial inspect` whether "
+    "the inputs are those of the vessel, calibrated and of the right sign, or declare a model with fewer terms."
+)
 
 
 @dataclass(frozen=True)
@@ -185,7 +188,7 @@ def _begin(
         found = settled(problem, structure, q)
         if np.isfinite(found.cost):
             return problem, found
-    raise NotIdentifiable("the model runs away from the measurement at once, whatever its coefficients.")
+    raise NotIdentifiable(RAN_AWAY)
 
 
 def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:
@@ -193,79 +196,6 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
     found = settled(problem, structure, p)
     held = Prior(found.p, np.full(len(p), 1e-9))
     return solve(problem, structure, p, found.first, held, anchor=first_states(problem), budget=0)
-
-
-def fit_declared(prepared: Prepared) -> Fitted:
-    """Fit the declared model alone."""
-    return fit_for_prediction(prepared.structure, prepared.identify)
-
-
-def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    """Fit a structure; far from the noise, by the length of windows that predicts the same logs best, free-running.
-
-    A model that lacks much, or has many terms for little data, fits long windows by coefficients that run away over a
-    whole log; shorter windows, or the regression alone, may then serve better.
-    """
-    fitted = fit_from_scratch(structure, stretches)
-    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
-        return fitted
-    found = [fitted]
-    for way in QUICK_WAYS:
-        with suppress(NotIdentifiable):
-            found.append(way(structure, stretches))
-    return min(found, key=_astray)
-
-
-def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
-
-    Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
-    left out best: coefficients that are only bent to what the model lacks do not get far.
-    """
-    quick = fit_for_prediction(structure, stretches)
-    with suppress(NotIdentifiable):
-        joined = _by_joined_windows(structure, stretches)
-        return min(quick, joined, key=_astray)
-    return quick
-
-
-def _by_short_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    return fit_from_scratch(structure, stretches, null_parameters(structure), length=SHORT, rounds=0)
-
-
-def _by_middling_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    return fit_from_scratch(structure, stretches, null_parameters(structure), length=2.0 * SHORT, rounds=0)
-
-
-def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    p = start_by_regression(structure, null_parameters(structure), stretches)
-    return _at(structure, stretches, p)
-
-
-def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
-    found = None
-    if not structure.has_following_states and "u" in structure.model.predicts:
-        found = joined_regularised(structure, stretches)
-    if found is None:
-        raise NotIdentifiable("whole logs cannot be fitted free-running.")
-    return replace(_at(structure, stretches, found.joined.p), refits=found.refits)
-
-
-#: A way to fit a structure to stretches.
-Way = Callable[[Structure, tuple[Stretch, ...]], Fitted]
-#: Ways that cost little.
-QUICK_WAYS: tuple[Way, ...] = (_by_short_windows, _by_middling_windows, _by_regression_alone)
-
-
-def _at(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:
-    """Long windows at these parameters, or short ones where they run away in those; only first states are fitted."""
-    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
-    for length in (window_length(structure.vessel.length), SHORT, SHORTEST):
-        problem = cut(stretches, length)
-        solution = fit_states(problem, structure, p)
-        if np.isfinite(solution.cost):
-            return Fitted(calibrated(problem, solution), prior, solution)
-    raise NotIdentifiable("the model runs away from the measurement at once, whatever its coefficients.")
 
 
 def over_whole_logs(fitted: Fitted) -> Fitted:
@@ -286,11 +216,6 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
     solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
     found = Fitted(problem, fitted.prior, solution)
     return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
-
-
-def _astray(fitted: Fitted) -> tuple[bool, float]:
-    """Whether a fit runs away, then how far free runs over its own logs are off."""
-    return fitted.runs_away, free_running_misfit(fitted)
 
 
 def free_running_misfit(fitted: Fitted) -> float:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from identify.base_fit import FAR, Fitted, fit_declared, fit_far_from_noise, over_whole_logs
+from identify.base_fit import FAR, Fitted, over_whole_logs
 from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
+from identify.prediction_fit import fit_declared, fit_far_from_noise
 from identify.prepare import Prepared
 
 #: Estimators that an optimiser can do something for.

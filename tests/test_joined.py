@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from identification_samples import modulus_truth, trials_of
 
-from identify import base_fit
+from identify import prediction_fit
 from identify.base_fit import (
     FAR,
-    fit_declared,
     fit_from_scratch,
     free_running_misfit,
     over_whole_logs,
 )
 from identify.chain import chain_of, spreads
 from identify.joined import JUMPS, join
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.whole_logs import joined_from_simple, lean_structure, regression_start
@@ -51,8 +51,8 @@ def test_a_fit_that_runs_away_over_its_own_logs_is_refused(monkeypatch):
     assert bad.runs_away and not good.runs_away
     assert bad.chi2_per_dof < FAR
     fits = iter([bad, good, good])
-    monkeypatch.setattr(base_fit, "fit_from_scratch", lambda *_, **__: next(fits))
-    assert not base_fit.fit_for_prediction(prepared.structure, prepared.identify).runs_away
+    monkeypatch.setattr(prediction_fit, "fit_from_scratch", lambda *_, **__: next(fits))
+    assert not prediction_fit.fit_for_prediction(prepared.structure, prepared.identify).runs_away
 
 
 def test_firmer_joints_leave_smaller_jumps():

@@ -11,9 +11,10 @@ import pytest
 
 from benchmarks.papers.kvlcc2 import REVOLUTIONS, RUDDER_RATE, SPEED, accelerations
 from identify import flow
-from identify.base_fit import fit_declared, free_running_misfit
+from identify.base_fit import free_running_misfit
 from identify.mmg import inertia_of
 from identify.physical import physical
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.simulate.rebuild import rebuild

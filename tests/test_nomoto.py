@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from identify.base_fit import fit_declared
 from identify.drive import drive
 from identify.physical import physical
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.structure import null_parameters

@@ -12,7 +12,7 @@ from identification_samples import modulus_truth, trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Suite
-from identify.base_fit import fit_declared, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.by_optimiser import box_around, fit_by_optimiser, objective_for
 from identify.choose_model import choose_model
 from identify.drive import drive
@@ -20,6 +20,7 @@ from identify.effect import Active
 from identify.effects import CURRENT
 from identify.fit_with import fit_with
 from identify.output_error import Stopped, reduce, solve
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.regression import couples, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect, make_fit

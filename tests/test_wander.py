@@ -9,10 +9,11 @@ import numpy as np
 from identification_samples import trials_of
 from scipy.signal import lfilter
 
-from identify.base_fit import Fitted, fit_declared, window_length
+from identify.base_fit import Fitted, window_length
 from identify.kernel import POSITION
 from identify.noise import calibrated
 from identify.output_error import solve
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.wander import Reduction, moved_by_wander

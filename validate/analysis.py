@@ -8,13 +8,14 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import FAR, Fitted, fit_far_from_noise, over_whole_logs
+from identify.base_fit import FAR, Fitted, over_whole_logs
 from identify.disturbance import with_disturbances
 from identify.effect import Active
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.held_inputs import prepare_best
 from identify.models import MODEL_BY_NAME
+from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial

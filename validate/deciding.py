@@ -30,6 +30,10 @@ from preprocess.trial import Measurement
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A run is believed up to so many times the largest velocity in the logs: these leave open what is beyond.
+BELIEVABLE = 2.0
+#: A difference of more than this is as good as this one: of such manoeuvres the simplest is advised.
+PLENTY = 1000.0
 #: Courses on which every manoeuvre is tried, rad.
 COURSES = (0.0, 0.5 * math.pi)
 #: Where effects act for which the course matters.
@@ -44,7 +48,7 @@ RUN_IN, DURATION = 10.0, 60.0
 class Deciding:
     """A manoeuvre, the course on which it begins (rad), its duration (s), and the difference that it should make.
 
-    ``separation`` is in -2 log likelihood, the least over the rivals.
+    ``separation`` is in -2 log likelihood, the least over the rivals, at most ``PLENTY``.
     """
 
     manoeuvre: str
@@ -58,7 +62,8 @@ class Deciding:
         course = round(math.degrees(self.course)) % 360
         return (
             f"sail {self.manoeuvre} for {self.duration:.0f} s, beginning on course {course:03d}°: it is expected to "
-            f"set them {self.separation:.0f} apart in -2 log likelihood"
+            f"set them {'more than ' if self.separation >= PLENTY else ''}{self.separation:.0f} apart in -2 log "
+            "likelihood"
         )
 
 
@@ -72,7 +77,7 @@ def deciding_manoeuvre(taken: Fitted, rivals: Sequence[Fitted]) -> Deciding | No
             sailed = _sailed(taken, inputs, course, duration)
             if sailed is not None:
                 least = min(_separation(rival, sailed) for rival in rivals)
-                found.append(Deciding(name, course, duration, least))
+                found.append(Deciding(name, course, duration, min(least, PLENTY)))
     return max(found, key=lambda d: d.separation, default=None)
 
 
@@ -141,7 +146,8 @@ def _sailed(
     first = np.zeros(8)
     first[2], first[3] = course, max(float(np.median(template.states[:, 3])), 0.1)
     states = run(structure, d, blank, first)
-    if not np.isfinite(states).all():
+    fastest = max(float(np.abs(s.states[:, 3:5]).max()) for s in fitted.problem.stretches)
+    if not np.abs(states[:, 3:5]).max() < BELIEVABLE * fastest:
         return None
     there = replace(blank, states=shown(structure, d, blank, states))
     plain = Problem((there,), cut([there], 2 * duration).windows, np.ones(4), np.ones(4), duration)

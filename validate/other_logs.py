@@ -9,7 +9,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from identify.base_fit import FAR, Fitted
-from identify.output_error import Prior, Reduced, Solution, solve
+from identify.disturbance import with_disturbances
+from identify.output_error import Prior, Reduced, Solution, information_of, solve
+from identify.report_fit import covariance_of
 from identify.stretch import Stretch
 from identify.windows import Problem, cut, first_states
 
@@ -54,13 +56,16 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
 
 
 def _lost(fitted: Fitted, found: Solution, n: int) -> float:
-    """What the fit's own logs lose (the first ``n`` windows) where its parameters follow other logs as well."""
+    """What the fit's own logs lose (the first ``n`` windows) where its parameters follow other logs as well.
+
+    In units in which chance gives at most χ²: by as much as the reported covariance exceeds that of white noise alone,
+    in the mean over the parameters, chance costs more (Rao and Scott 1984).
+    """
     before, after = fitted.solution.moments.residuals, found.moments.residuals[:n]
-    lost = 0.0
-    for w, one, other in zip(fitted.problem.windows, before, after, strict=True):
-        weight = 1.0 / fitted.problem.dispersion[fitted.problem.kinds(w)] ** 2
-        lost += float(np.sum((other**2 - one**2) * weight[:, None]))
-    return lost
+    lost = sum(float(np.sum(b**2) - np.sum(a**2)) for a, b in zip(before, after, strict=True))
+    covariance = covariance_of(with_disturbances(fitted))
+    known = information_of(fitted.solution, fitted.prior)
+    return lost / max(1.0, float(np.einsum("ij,ji", known, covariance)) / len(known))
 
 
 def of_windows(fitted: Fitted, some: slice) -> Fitted:

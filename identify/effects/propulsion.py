@@ -27,11 +27,15 @@ THRUST_ASYMMETRY = Effect(
 )  # fmt: skip
 
 
-def _walk(setting: Setting, variant: Variant) -> dict[str, Term]:
-    return {
-        "sway": Term("v", f"P:{variant.input}", "thrust"),
-        "yaw": Term("r", f"P:{variant.input}", "thrust"),
-    }
+def _walk(_: Setting, variant: Variant) -> dict[str, Term]:
+    turned = f"P:{variant.input}" if variant.input else "|n|n"
+    return {"sway": Term("v", turned, "thrust"), "yaw": Term("r", turned, "thrust")}
+
+
+def _walking(setting: Setting) -> list[Variant]:
+    """Each propeller, and where there are several all of them alike, which turn the same way round."""
+    names = setting.of_kind("propeller")
+    return [*([Variant()] if len(names) > 1 else []), *map(Variant, names)]
 
 
 PROPELLER_WALK = Effect(
@@ -41,7 +45,7 @@ PROPELLER_WALK = Effect(
     "Straight runs at several rates of revolution with the rudder at zero; going astern.",
     "Yasukawa and Yoshimura 2015, sec. 2.4; Carlton 2012, ch. 11",
     terms=_walk,
-    variants=lambda s: [Variant(name) for name in s.of_kind("propeller")],
+    variants=_walking,
 )  # fmt: skip
 
 THRUST_FADE = Effect(

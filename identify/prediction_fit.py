@@ -1,0 +1,110 @@
+"""Fit a structure for prediction: at the noise as it is fitted, far from it by what predicts its own logs best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from identify.base_fit import (
+    FAR,
+    RAN_AWAY,
+    SHORT,
+    SHORTEST,
+    Fitted,
+    fit_from_scratch,
+    fit_states,
+    free_running_misfit,
+    window_length,
+)
+from identify.left_out import joined_regularised
+from identify.noise import calibrated
+from identify.output_error import prior_for
+from identify.prepare import Prepared
+from identify.regression import coefficient_scales, start_by_regression
+from identify.stretch import Stretch
+from identify.structure import Structure, null_parameters
+from identify.windows import cut
+from ingest.errors import NotIdentifiable
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def fit_declared(prepared: Prepared) -> Fitted:
+    """Fit the declared model alone."""
+    return fit_for_prediction(prepared.structure, prepared.identify)
+
+
+def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    """Fit a structure; far from the noise, by the length of windows that predicts the same logs best, free-running.
+
+    A model that lacks much, or has many terms for little data, fits long windows by coefficients that run away over a
+    whole log; shorter windows, or the regression alone, may then serve better.
+    """
+    fitted = fit_from_scratch(structure, stretches)
+    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
+        return fitted
+    found = [fitted]
+    for way in QUICK_WAYS:
+        with suppress(NotIdentifiable):
+            found.append(way(structure, stretches))
+    return min(found, key=_astray)
+
+
+def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
+
+    Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
+    left out best: coefficients that are only bent to what the model lacks do not get far.
+    """
+    quick = fit_for_prediction(structure, stretches)
+    with suppress(NotIdentifiable):
+        joined = _by_joined_windows(structure, stretches)
+        return min(quick, joined, key=_astray)
+    return quick
+
+
+def _by_short_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    return fit_from_scratch(structure, stretches, null_parameters(structure), length=SHORT, rounds=0)
+
+
+def _by_middling_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    return fit_from_scratch(structure, stretches, null_parameters(structure), length=2.0 * SHORT, rounds=0)
+
+
+def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    p = start_by_regression(structure, null_parameters(structure), stretches)
+    return _at(structure, stretches, p)
+
+
+def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+    found = None
+    if not structure.has_following_states and "u" in structure.model.predicts:
+        found = joined_regularised(structure, stretches)
+    if found is None:
+        raise NotIdentifiable("whole logs cannot be fitted free-running.")
+    return replace(_at(structure, stretches, found.joined.p), refits=found.refits)
+
+
+#: A way to fit a structure to stretches.
+Way = Callable[[Structure, tuple[Stretch, ...]], Fitted]
+#: Ways that cost little.
+QUICK_WAYS: tuple[Way, ...] = (_by_short_windows, _by_middling_windows, _by_regression_alone)
+
+
+def _at(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray) -> Fitted:
+    """Long windows at these parameters, or short ones where they run away in those; only first states are fitted."""
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    for length in (window_length(structure.vessel.length), SHORT, SHORTEST):
+        problem = cut(stretches, length)
+        solution = fit_states(problem, structure, p)
+        if np.isfinite(solution.cost):
+            return Fitted(calibrated(problem, solution), prior, solution)
+    raise NotIdentifiable(RAN_AWAY)
+
+
+def _astray(fitted: Fitted) -> tuple[bool, float]:
+    """Whether a fit runs away, then how far free runs over its own logs are off."""
+    return fitted.runs_away, free_running_misfit(fitted)
