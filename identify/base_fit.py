@@ -83,6 +83,11 @@ class Fitted:
         """Whether free runs leave all bounds over a log that was identified on: nobody should be given such a fit."""
         return any(runs_away(self.solution.structure, self.solution.p, s) for s in self.problem.stretches)
 
+    @property
+    def is_far(self) -> bool:
+        """Whether it is far from the noise, or runs away: then what predicts its own logs best is taken."""
+        return not self.chi2_per_dof < FAR or self.runs_away
+
 
 def window_length(length: float) -> float:
     """Length of the long windows for a vessel of this length: 30 s, more for ships whose response is slower."""
@@ -194,7 +199,7 @@ def _begin(
 def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:
     """The solution at parameters that are held, every window's first state at its best."""
     found = settled(problem, structure, p)
-    held = Prior(found.p, np.full(len(p), 1e-9))
+    held = Prior.held(p)
     return solve(problem, structure, p, found.first, held, anchor=first_states(problem), budget=0)
 
 

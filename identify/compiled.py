@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.drive import Drive
+from identify.kernel import NM
 from identify.measure import moments_of_windows
 from identify.sample import Motion, Sensing, work_for
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.tangents import Along, run_for
+from identify.tangents import Along, padded, run_for
 
 if TYPE_CHECKING:
     from identify.windows import Window
@@ -61,3 +62,17 @@ def rows_of(
         work_for(width), np.empty((len(begin), 1, 1)), nothing, columns.start, rows,
     )  # fmt: skip
     return rows
+
+
+def nothing_along(columns: int) -> Along:
+    """The directions where no parameter moves, for so many columns."""
+    places, numbers, none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0))
+    return Along(
+        places, places, places, numbers, places, places, places, numbers, places, places, places, none, none,
+        np.zeros((2, padded(columns))),
+    )  # fmt: skip
+
+
+def no_sensors(columns: int) -> FloatArray:
+    """Derivatives (9, width) of the sensors' parameters where none moves."""
+    return np.zeros((NM, padded(columns)))

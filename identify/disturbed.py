@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify import kernel
-from identify.compiled import rows_of, sensing_of
+from identify.compiled import no_sensors, nothing_along, rows_of, sensing_of
 from identify.predict import run
-from identify.tangents import Along, padded
 
 if TYPE_CHECKING:
     from identify.drive import Drive
@@ -141,13 +140,13 @@ def _of_stretch(
     paths = [run(structure, d, stretch, first[k], w.first, w.steps) for k, w in windows]
     if not all(np.isfinite(path).all() for path in paths):
         return None
-    sensing = sensing_of(np.ones(4), stretch, d.sensor, np.zeros((kernel.NM, padded(kernel.NX))))
+    sensing = sensing_of(np.ones(4), stretch, d.sensor, no_sensors(kernel.NX))
     for b in range(count):
         places = [min(round((b + 0.5) * w.steps / count), w.steps - 1) for _, w in windows]
         states = np.array([path[at] for path, at in zip(paths, places, strict=True)])
         parts = [_rest(problem, w, at) for (_, w), at in zip(windows, places, strict=True)]
         answers[:, :, :PUSHED, b] = rows_of(
-            structure, d, stretch, parts, states, _nothing_else(stretch.steps), sensing, slice(3, 6)
+            structure, d, stretch, parts, states, nothing_along(kernel.NX), sensing, slice(3, 6)
         )
     answers[:, :, :PUSHED] *= stretch.samples.sigma[:, None, None, None]
     _stand_off(problem, [w for _, w in windows], answers)
@@ -174,12 +173,3 @@ def _stand_off(problem: Problem, windows: list[Window], answers: FloatArray) -> 
         at = np.nonzero(problem.kinds(w) == kernel.POSITION)[0]
         for axis in range(STANDS):
             answers[w.samples.start + at, axis, PUSHED + axis, block[at]] = 1.0
-
-
-def _nothing_else(steps: int) -> Along:
-    """No directions beside those of the first state."""
-    none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
-    return Along(
-        none, none, none, nothing, none, none, none, nothing, none, none, none, np.zeros((steps, 0)),
-        np.zeros((steps, 0)), np.zeros((2, padded(kernel.NX))),
-    )  # fmt: skip

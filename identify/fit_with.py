@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identify.base_fit import FAR, Fitted, over_whole_logs
+from identify.base_fit import Fitted, over_whole_logs
 from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
@@ -50,6 +50,6 @@ def fit_as_a_run_ends(
     fitted = fit_with(prepared, estimator, optimiser, seed)
     if estimator not in ("auto", "output_error") or optimiser != "auto":
         return fitted
-    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
-        return over_whole_logs(fitted)
-    return fit_far_from_noise(prepared.structure, prepared.identify)
+    if fitted.is_far:
+        return fit_far_from_noise(prepared.structure, prepared.identify)
+    return over_whole_logs(fitted)

@@ -41,6 +41,11 @@ class Prior:
     mean: FloatArray
     sd: FloatArray
 
+    @classmethod
+    def held(cls, p: FloatArray) -> Prior:
+        """Parameters that are not to move from ``p`` (np,)."""
+        return cls(p, np.full(len(p), 1e-9))
+
 
 @dataclass(frozen=True)
 class Reduced:
@@ -83,11 +88,15 @@ class Solution:
 
 
 def reduce(
-    matrices: FloatArray, first: FloatArray, anchor: FloatArray, known: FloatArray, damping: float = 0.0
+    matrices: FloatArray,
+    first: FloatArray,
+    anchor: FloatArray,
+    known: FloatArray,
+    damping: float | FloatArray = 0.0,
 ) -> Reduced:
     """Eliminate every window's first state from its moment matrix (w, 8 + np + 1 square).
 
-    ``known`` (8,) is the precision with which the ``anchor`` is known beforehand.
+    ``known`` (8,) is the precision with which the ``anchor`` is known beforehand; ``damping`` is one number, or (w, 1).
     """
     a = matrices[:, :NX, :NX].copy()
     index = np.arange(NX)

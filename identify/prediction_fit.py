@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from identify.base_fit import (
-    FAR,
     RAN_AWAY,
     SHORT,
     SHORTEST,
@@ -44,7 +43,7 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
     whole log; shorter windows, or the regression alone, may then serve better.
     """
     fitted = fit_from_scratch(structure, stretches)
-    if fitted.chi2_per_dof < FAR and not fitted.runs_away:
+    if not fitted.is_far:
         return fitted
     found = [fitted]
     for way in QUICK_WAYS:

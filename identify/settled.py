@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.kernel import NX
+from identify.output_error import reduce
 from identify.structure import Structure
 from identify.windows import Moments, Problem, first_states, moments, state_precision
 
@@ -45,12 +45,13 @@ def settled(problem: Problem, structure: Structure, p: FloatArray) -> Settled:
     first, now = anchor, moments(problem, structure, p, anchor, held=True)
     damping = np.full(len(anchor), 1e-3)
     for _ in range(STEPS if np.isfinite(now.cost) else 0):
-        step, promised = _steps(now, first - anchor, known, damping)
-        if promised < TOLERANCE:
+        reduced = reduce(now.matrices, first, anchor, known, damping[:, None])
+        if float(np.sum(now.matrices[:, -1, -1] - reduced.cost)) < TOLERANCE:
             break
-        trial = moments(problem, structure, p, first + step, held=True)
-        better = _costs(trial, first + step - anchor, known) < _costs(now, first - anchor, known)
-        first = np.where(better[:, None], first + step, first)
+        there = first + reduced.state_step
+        trial = moments(problem, structure, p, there, held=True)
+        better = _costs(trial, there - anchor, known) < _costs(now, first - anchor, known)
+        first = np.where(better[:, None], there, first)
         now = _chosen(better, trial, now)
         damping = np.where(better, damping * 0.1, damping * 100.0)
     return Settled(structure, p, first, now)
@@ -59,20 +60,6 @@ def settled(problem: Problem, structure: Structure, p: FloatArray) -> Settled:
 def _costs(found: Moments, away: FloatArray, known: FloatArray) -> FloatArray:
     """Cost (w,) of every window with what is known of its first state."""
     return np.asarray(found.matrices[:, -1, -1] + away**2 @ known, dtype=float)
-
-
-def _steps(
-    now: Moments, away: FloatArray, known: FloatArray, damping: FloatArray
-) -> tuple[FloatArray, float]:
-    """Damped steps (w, 8) and the gain that they promise in all."""
-    a, slope = now.matrices[:, :NX, :NX].copy(), now.matrices[:, :NX, -1] - away * known
-    index = np.arange(NX)
-    a[:, index, index] = (a[:, index, index] + known) * (1.0 + damping[:, None])
-    scale = 1.0 / np.sqrt(a[:, index, index])
-    a *= scale[:, :, None] * scale[:, None, :]
-    a[:, index, index] += 1e-13
-    step = np.linalg.solve(a, (slope * scale)[:, :, None])[:, :, 0] * scale
-    return step, float(np.sum(slope * step))
 
 
 def _chosen(better: BoolArray, trial: Moments, now: Moments) -> Moments:

@@ -8,7 +8,7 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import FAR, Fitted, over_whole_logs
+from identify.base_fit import Fitted, over_whole_logs
 from identify.disturbance import with_disturbances
 from identify.effect import Active
 from identify.fit import Fit
@@ -178,7 +178,7 @@ def _windowed(estimator: str, optimiser: str) -> bool:
 
 def _far(declared: Fitted, outcome: Outcome | None) -> bool:
     """Whether nothing that was found brings the model near the noise, or was found at all (the wiring apart)."""
-    if declared.chi2_per_dof < FAR and not declared.runs_away:
+    if not declared.is_far:
         return False
     return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
 

@@ -24,7 +24,7 @@ def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None
     problem = _other_problem(fitted, stretches)
     if problem is None:
         return None
-    tight = Prior(fitted.solution.p, np.full(len(fitted.solution.p), 1e-9))
+    tight = Prior.held(fitted.solution.p)
     found = solve(
         problem, fitted.solution.structure, fitted.solution.p, first_states(problem), tight, budget=8
     )
@@ -50,22 +50,25 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     found = solve(both, s.structure, s.p, first, fitted.prior, anchor=first_states(both), budget=8)
     if not np.isfinite(found.cost):
         return None
-    if _lost(fitted, found, n) > chi2.isf(AGAINST, len(s.p)):
+    if _against(fitted, found, n):
         return on_other_logs(fitted, stretches)
     return of_windows(Fitted(other, fitted.prior, found), slice(n, None))
 
 
-def _lost(fitted: Fitted, found: Solution, n: int) -> float:
-    """What the fit's own logs lose (the first ``n`` windows) where its parameters follow other logs as well.
+def _against(fitted: Fitted, found: Solution, n: int) -> bool:
+    """Whether the fit's own logs (the first ``n`` windows) lose more than chance takes where others are followed too.
 
-    In units in which chance gives at most χ²: by as much as the reported covariance exceeds that of white noise alone,
-    in the mean over the parameters, chance costs more (Rao and Scott 1984).
+    By as much as the reported covariance exceeds that of white noise alone, in the mean over the parameters, chance
+    takes more (Rao and Scott 1984).
     """
     before, after = fitted.solution.moments.residuals, found.moments.residuals[:n]
     lost = sum(float(np.sum(b**2) - np.sum(a**2)) for a, b in zip(before, after, strict=True))
+    least = float(chi2.isf(AGAINST, len(found.p)))
+    if lost <= least:
+        return False
     covariance = covariance_of(with_disturbances(fitted))
     known = information_of(fitted.solution, fitted.prior)
-    return lost / max(1.0, float(np.einsum("ij,ji", known, covariance)) / len(known))
+    return lost > least * max(1.0, float(np.einsum("ij,ji", known, covariance)) / len(known))
 
 
 def of_windows(fitted: Fitted, some: slice) -> Fitted:

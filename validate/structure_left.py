@@ -42,7 +42,7 @@ def ahead(fitted: Fitted) -> Fitted:
             for w in problem.windows
         ]
     )
-    held = Prior(p, np.full(len(p), 1e-9))
+    held = Prior.held(p)
     solution = solve(problem, structure, p, begun(problem, structure, drives, first), held, budget=0)
     if not np.isfinite(solution.cost):
         return Fitted(problem, held, solution)
