@@ -9,12 +9,13 @@ from identification_samples import trials_of
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.effect import Active
-from identify.effects import CURRENT, ROLL_COUPLING
+from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING
 from identify.prepare import prepare
+from identify.report_fit import covariance_of
 from identify.structure import null_parameters
 from validate.look_alikes import Standing
 from validate.loop import Outcome
-from validate.sure import surely
+from validate.sure import evidence, surely
 
 
 def with_in(effects, *taken):
@@ -41,3 +42,12 @@ def test_a_roll_that_moves_nothing_goes_and_leaves_the_current():
     found = surely(outcome)
     assert found.unsure == ("roll_coupling",)
     assert [x.active.label for x in found.standing] == ["current"]
+
+
+def test_damping_that_a_linear_model_lacks_is_sure_beside_coefficients_of_every_size():
+    """Propellers' coefficients are a ten-thousandth of the hull's, whose standard errors must not suffer from it."""
+    _, trials = trials_of("tug", ("zigzag", "random", "circle"), 60.0, 3, (), validate=1)
+    prepared = prepare(trials, "linear")
+    structure = prepared.structure.with_effect(Active(QUADRATIC_DAMPING))
+    fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=1)
+    assert evidence(fitted, covariance_of(fitted), 0) > 1000.0

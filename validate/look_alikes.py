@@ -64,7 +64,7 @@ def loss_without(fitted: Fitted, index: int) -> float:
     mine, away = departure(fitted, index)
     information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
     others = np.setdiff1d(np.arange(len(information)), mine)
-    linear = float(away @ _left(information, others, mine) @ away)
+    linear = float(away @ left_on(information, others, mine) @ away)
     if linear > 1000.0 * float(np.max(fitted.problem.dispersion)) ** 2:
         return linear / float(np.max(fitted.problem.dispersion)) ** 2
     without = dropped(fitted, index).solution
@@ -92,7 +92,7 @@ def _follow(m: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
     )
 
 
-def _left(information: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
+def left_on(information: FloatArray, others: IntArray, mine: IntArray) -> FloatArray:
     """Information on ``mine`` that is left when ``others`` are free to follow."""
     m, scale = _unit_diagonal(information)
     left = m[np.ix_(mine, mine)] - m[np.ix_(mine, others)] @ _follow(m, others, mine)
@@ -161,7 +161,7 @@ def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list
     found = []
     for active, mine in zip(group, places, strict=True):
         others = np.concatenate([rest, mine])
-        loss = float(away @ _left(information, others, effect) @ away)
+        loss = float(away @ left_on(information, others, effect) @ away)
         if loss < (CLOSE + SHARE * gain) * float(np.max(fitted.problem.dispersion)) ** 2:
             m, scale = _unit_diagonal(information)
             move = np.zeros(len(p))

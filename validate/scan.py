@@ -6,6 +6,7 @@ follow. A regression of the accelerations finds them at once for each value, so 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,6 +22,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BEYOND, STEPS = 3.0, 16
 #: ... and for a sensor or a clock, which may be far off, to its typical size times this.
 FAR_BEYOND = 30.0
+#: A velocity of the air or the water is looked at in so many directions, and at these multiples of what is usual, or of
+#: a component's typical size where nothing is.
+DIRECTIONS = 12
+USUAL, UNUSUAL = np.array([0.4, 0.8, 1.6]), np.array([1.0, 2.0, 4.0, 8.0])
 #: Accelerations are slopes over this time either way, s.
 SLOPE = 1.0
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
@@ -30,9 +35,9 @@ WORTH = 0.05
 def best_value(
     structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
 ) -> FloatArray | None:
-    """Parameters (np,) with an effect's only parameter where the accelerations want it, the others as in ``p``.
+    """Parameters (np,) with an effect's own where the accelerations want them, the others as in ``p``.
 
-    None where the effect has several parameters or none to look at, or where no value is clearly better than none.
+    None where there is nothing to look at, or where no value is clearly better than none.
     """
     gain, best = gain_and_value(structure, stretches, p, index)
     return best if gain > WORTH else None
@@ -41,24 +46,40 @@ def best_value(
 def gain_and_value(
     structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
 ) -> tuple[float, FloatArray]:
-    """What the regression's misfit falls by (log, channels added) with an effect's parameter at its best, and there.
+    """What the regression's misfit falls by (log, channels added) with an effect's parameters at their best, and there.
 
-    Nothing, where the effect has several parameters or none to look at.
+    Nothing, where an effect has none to look at, or several that are no velocity of the water or the air.
     """
     which = range(len(structure.actives))[index]
-    active = structure.actives[which]
-    mine = [k for k, s in enumerate(structure.slots) if s.effect == which]
-    parameter = structure.slots[mine[0]].parameter if len(mine) == 1 else None
-    if parameter is None or not len(values := _range_of(active, parameter)):
+    mine = [k for k, s in enumerate(structure.slots) if s.effect == which and s.coefficient < 0]
+    parameters = [structure.slots[k].parameter for k in mine]
+    values = _values(structure.actives[which], parameters)
+    if not len(values):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     found = []
-    for value in (parameter.null, *values):
+    for value in ([x.null for x in parameters], *values):
         q = others.copy()
-        q[mine[0]] = np.clip(value, *parameter.bounds)
+        q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
         found.append((_misfit(structure, q, stretches), q))
     null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
     return null - least, best
+
+
+def _values(active: Active, parameters: Sequence[Parameter]) -> FloatArray:
+    """Values (k, parameters) to look at."""
+    if len(parameters) == 2 and (active.effect.air or active.effect.current):
+        return _velocities(parameters[0])
+    return _range_of(active, parameters[0])[:, None] if len(parameters) == 1 else np.zeros((0, 0))
+
+
+def _velocities(component: Parameter) -> FloatArray:
+    """Velocities (k, 2) in every direction: about what is sailed in, or from a component's typical size on."""
+    usual = math.isfinite(component.known)
+    sizes = component.known * USUAL if usual else component.scale * UNUSUAL
+    along = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    around = np.column_stack([np.cos(along), np.sin(along)])
+    return np.asarray((sizes[:, None, None] * around).reshape(-1, 2), dtype=float)
 
 
 def between_log_and_hull(active: Active) -> bool:

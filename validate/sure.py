@@ -17,7 +17,7 @@ from identify.output_error import information_of
 from identify.report_fit import covariance_of
 from validate.candidates import candidates
 from validate.judgement import least_gain
-from validate.look_alikes import departure, dropped
+from validate.look_alikes import departure, dropped, left_on
 from validate.loop import Outcome, all_standing, searched
 from validate.pace import Pace
 
@@ -65,8 +65,8 @@ def evidence(fitted: Fitted, covariance: FloatArray, index: int) -> float:
     """
     mine, away = departure(fitted, index)
     cost = dropped(fitted, index).solution.total - fitted.solution.total
-    plain = information_of(fitted.solution, fitted.prior)
-    alone = np.linalg.pinv(np.linalg.pinv(plain, rcond=1e-12, hermitian=True)[np.ix_(mine, mine)])
+    information = information_of(fitted.solution, fitted.prior)
+    alone = left_on(information, np.setdiff1d(np.arange(len(information)), mine), mine)
     said = cost / max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
     linear = np.array([fitted.solution.structure.slots[k].coefficient >= 0 for k in mine])
     if linear.all() or not linear.any():
