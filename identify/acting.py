@@ -44,13 +44,17 @@ class _Rewired:
     actives: tuple[Active, ...] = field(compare=False)
 
 
-def shares_of(structure: Structure, p: FloatArray, values: Values, stretch: Stretch) -> list[Share]:
-    """What every unit of inputs puts into the channels."""
+def shares_of(
+    structure: Structure, p: FloatArray, values: Values, stretch: Stretch, answering: str | None = None
+) -> list[Share]:
+    """What every unit of inputs puts into the channels; or those alone that may answer to one of the inputs."""
     inputs, names = structure.inputs, structure.table.channels
     begins = input_clocks(structure, p, stretch, values)
     rewired = _rewired(structure)
     found = []
     for unit in together(inputs):
+        if answering and not rewired.labels and answering not in {i.name for i in unit}:
+            continue
         if any(_touched(structure, i) for i in unit):
             series = _series(structure, values, stretch, begins, unit)
             found.append(_share(names, inputs, unit, series, stretch))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,6 +19,7 @@ from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.settled import Settled, settled
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
+from identify.unlogged import bent
 from identify.windows import Problem, cut, first_states
 from ingest.errors import NotIdentifiable
 
@@ -127,7 +128,20 @@ def fit_from_scratch(
         with suppress(NotIdentifiable):
             again = _grown(structure, stretches, begin(apart=True), length)
             found = _farther(found, _calibrated(again, rounds))
-    return found
+    return _straight(found, rounds)
+
+
+def _straight(fitted: Fitted, rounds: int) -> Fitted:
+    """The fit in windows short enough that predictions answer to what was rounded away along straight lines."""
+    while fitted.problem.length > SHORTEST and bent(fitted.problem) > 1.0:
+        problem, solution = fitted.problem, fitted.solution
+        problem = cut(problem.stretches, 0.5 * problem.length).weighted_as(problem)
+        here = settled(problem, solution.structure, solution.p)
+        solution = solve(problem, solution.structure, solution.p, here.first, fitted.prior, budget=20)
+        if not np.isfinite(solution.cost):
+            break
+        fitted = _calibrated(Fitted(problem, fitted.prior, solution), rounds)
+    return fitted
 
 
 def _farther(one: Fitted, other: Fitted) -> Fitted:
@@ -169,6 +183,14 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
             tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
         )  # fmt: skip
         problem = calibrated_anew(problem, solution)
+    if problem.unlogged is not None and problem.unlogged.rounded is not None:
+        bare = calibrated(replace(problem, unlogged=None), solution)
+        unaware = solve(
+            bare, solution.structure, solution.p, solution.first, prior, anchor=first_states(bare), budget=20
+        )
+        again = calibrated_anew(bare, unaware)
+        if again.unlogged is None or again.unlogged.rounded is None:
+            problem, solution = again, unaware  # a fit that knows of no rounding leaves none of it
     if problem.unlogged is not None:
         anchor = first_states(problem)
         solution = solve(

@@ -13,6 +13,7 @@ from identify.reference_speed import with_speed_from_motion
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
+from preprocess.rounding import input_step
 from preprocess.trial import Trial
 from preprocess.vessel import Input, Vessel
 
@@ -88,12 +89,22 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def with_common_inputs(trials: Sequence[Trial], held: bool) -> list[Trial]:
-    """An input that holds its values between changes in one log does so in all; an output in PWM always does."""
+    """An input that holds its values between changes in one log does so in all; an output in PWM always does.
+
+    So it is with the step to which its values were rounded: one log alone may show too few of its levels.
+    """
     holds = {
         i.name: held or bool(i.pwm) or any(t.inputs[i.name].held for t in trials)
         for i in trials[0].inputs_declared
     }
-    return [replace(t, inputs={k: replace(m, held=holds[k]) for k, m in t.inputs.items()}) for t in trials]
+    step = {
+        i.name: input_step(i, np.concatenate([t.inputs[i.name].value[t.inputs[i.name].good] for t in trials]))
+        for i in trials[0].inputs_declared
+    }
+    return [
+        replace(t, inputs={k: replace(m, held=holds[k], quantum=step[k]) for k, m in t.inputs.items()})
+        for t in trials
+    ]
 
 
 def _least_noise(trials: Sequence[Trial]) -> dict[str, float]:

@@ -14,6 +14,7 @@ from identify.misfit import misfit_scale
 from identify.output_error import Solution
 from identify.physical import physical_notes
 from identify.prepare import Prepared
+from identify.shared_levels import shared_by_windows
 from identify.slot import Slot
 from identify.structure import Structure
 from identify.term import unit_of
@@ -54,11 +55,13 @@ def _of_noise(fitted: Fitted) -> FloatArray:
     information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
+    shared = shared_by_windows(problem, solution, through)
     if fitted.disturbed is not None:
         white = replace(problem, inflation=problem.inflation**2 / fitted.disturbed.left)
         varied = _matrices(white, solution) + fitted.disturbed.varied
         varied[:, range(NX), range(NX)] += known
         spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
+        spread = spread if shared is None else spread + shared
         return np.asarray(inverse @ spread @ inverse, dtype=float)
     moved = moved_by_wander(
         problem, solution, Reduction(np.asarray(np.linalg.inv(states), dtype=float), through, inverse)
@@ -66,6 +69,7 @@ def _of_noise(fitted: Fitted) -> FloatArray:
     varied = _matrices(_counted(problem, drifts=moved is not None), solution)
     varied[:, range(NX), range(NX)] += known
     spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
+    spread = spread if shared is None else spread + shared
     return np.asarray(inverse @ spread @ inverse + (0.0 if moved is None else moved), dtype=float)
 
 

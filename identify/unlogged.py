@@ -1,16 +1,18 @@
-"""What the inputs hide between their samples, and what that leaves open in every window's predictions.
+"""What the logged inputs hide, and what that leaves open in every window's predictions.
 
 The predictions' errors in a window are no white noise of the sensors alone: the vessel answered to what the inputs
-did between their samples (``identify.bridges``), which no log says. In units of the sensors' noise the errors'
-covariance is 1 + G Gᵀ, with the answers as columns of G. Errors and tangents are made white with it: along its
-eigenvectors they become smaller by 1/√(1+λ). How much of the largest possible variance there really is (a log may be
-written at every change) is the share that the errors themselves are most likely with.
+did between their samples (``identify.bridges``) and to what was rounded away (``identify.rounded_inputs``), which no
+log says. In units of the sensors' noise the errors' covariance is 1 + G Gᵀ, with the answers as columns of G. Errors
+and tangents are made white with it: along its eigenvectors they become smaller by 1/√(1+λ). How much of the largest
+possible variance there really is between samples (a log may be written at every change) is the share that the errors
+themselves are most likely with. The size of what was rounded away is known; it counts where the errors are likelier
+with it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -21,6 +23,7 @@ from identify.bridges import Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
 from identify.drive import drive
 from identify.regression import through_water
+from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
 from identify.tangents import Along, padded
 
@@ -34,7 +37,7 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 LEAST = 1e-2
 #: Shares of the largest possible variance that are tried.
 SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
-#: Gain in 2 log likelihood from which a share is believed.
+#: Gain in 2 log likelihood from which a share is believed, and that anything was rounded away.
 BELIEVED = 6.0
 
 
@@ -42,7 +45,8 @@ BELIEVED = 6.0
 class Unlogged:
     """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance.
 
-    ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units.
+    ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units;
+    ``rounded`` (m, 2, R) likewise of the inputs' rounding, None where it counts for nothing.
     """
 
     structure: Structure
@@ -50,23 +54,71 @@ class Unlogged:
     share: float
     windows: tuple[Window, ...]
     answers: tuple[FloatArray, ...]
+    rounded: tuple[FloatArray, ...] | None = None
 
     @property
     def sized(self) -> tuple[FloatArray, ...]:
         """The answers, each of one standard deviation."""
-        return tuple(math.sqrt(self.share) * a for a in self.answers)
+        between = tuple(
+            math.sqrt(self.share) * a[:, :, : a.shape[2] if self.share else 0] for a in self.answers
+        )
+        if self.rounded is None:
+            return between
+        return tuple(np.concatenate(a, axis=2) for a in zip(self.rounded, between, strict=True))
 
     def over(self, problem: Problem) -> Unlogged:
         """The same for a problem's stretches and windows."""
         if problem.windows is self.windows:
             return self
-        return unlogged(problem, self.structure, self.p, self.share)
+        there = unlogged(problem, self.structure, self.p, self.share)
+        return there if self.rounded is None else _with_rounding(problem, there)
 
 
 def unlogged(problem: Problem, structure: Structure, p: FloatArray, share: float = 1.0) -> Unlogged:
     """What the inputs may have done between their samples in a problem's windows."""
-    answers = [_of_stretch(problem, structure, p, k) for k in range(len(problem.stretches))]
+    answers = [_of_stretch(problem, structure, p, k, shapes_of) for k in range(len(problem.stretches))]
     return Unlogged(structure, p, share, problem.windows, tuple(answers))
+
+
+def _with_rounding(problem: Problem, known: Unlogged) -> Unlogged:
+    """The same with what may have been rounded away, as far as it shows beside the sensors' noise."""
+    if not any(m.quantum > 0.0 for s in problem.stretches for m in s.inputs.values()):
+        return known
+    rounded = [
+        _of_stretch(problem, known.structure, known.p, k, rounding_of) for k in range(len(problem.stretches))
+    ]
+    shown = max(_shown(problem, rounded, w) for w in problem.windows)
+    return replace(known, rounded=tuple(r[:, :, :shown] for r in rounded) if shown else None)
+
+
+def _shown(problem: Problem, answers: Sequence[FloatArray], window: Window) -> int:
+    """How many of a window's first answers there are up to the last that shows beside the noise."""
+    power = np.sum(weighted(problem, answers, window) ** 2, axis=(0, 1))
+    return int(np.flatnonzero(np.append(LEAST, power) >= LEAST)[-1])
+
+
+def bent(problem: Problem) -> float:
+    """How far rounded inputs bend a path beyond what answers that go with them say, in σ of a position.
+
+    A course that is off by an angle ψ that grows moves the path aside by a in proportion, and back by ⅔ a² over its
+    length: the second order, which no covariance counts. The median over the windows of the largest of each.
+    """
+    known = None if problem.unlogged is None else problem.unlogged.over(problem)
+    if known is None or known.rounded is None:
+        return 0.0
+    return float(np.median([_bent(problem, known.rounded[w.stretch], w) for w in problem.windows]))
+
+
+def _bent(problem: Problem, answers: FloatArray, window: Window) -> float:
+    """The same of one window, whose stretch's samples show answers (m, 2, R) of one standard deviation."""
+    stretch, mine = problem.stretches[window.stretch], problem.kinds(window) == kernel.POSITION
+    path = stretch.states[window.first : window.first + window.steps + 1, :2]
+    run = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
+    since = (stretch.samples.t[window.samples][mine] - stretch.start) / stretch.h - window.first
+    aside = np.sum(answers[window.samples][mine] ** 2, axis=(1, 2))
+    far = np.maximum(np.interp(since, np.arange(window.steps + 1), run), np.sqrt(aside) + 1e-9)
+    off = aside / far / stretch.samples.sigma[window.samples][mine]
+    return float(np.max(off, initial=0.0)) * 2.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -94,6 +146,12 @@ class Whitening:
         """Errors (m, 2) of a window times the inverse covariance."""
         return self._less(self.shrink[number], self.basis[stretch][samples], error)
 
+    def shrunk_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
+        """Columns (m, 2, k) of a window times the inverse covariance."""
+        basis = self.basis[stretch][samples]
+        along = np.einsum("maj,mak->jk", basis, columns)
+        return np.asarray(columns - np.einsum("maj,jk->mak", basis * self.shrink[number], along), dtype=float)
+
     @staticmethod
     def _less(share: FloatArray, basis: FloatArray, error: FloatArray) -> FloatArray:
         """Errors less a share (K,) of what they have along the basis."""
@@ -107,13 +165,13 @@ def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
     shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
     basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
     for number, w in enumerate(problem.windows):
-        power, vectors = _eigen(_weighted(problem, answers, w), 1.0)
+        power, vectors = _eigen(weighted(problem, answers, w), 1.0)
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)
 
 
-def _weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
+def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
     """Answers (m, 2, K) of a window's samples in units of their weight."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
     sigma = sigma * problem.inflation[problem.kinds(window)]
@@ -128,20 +186,43 @@ def most_likely(
     Positions are left out: their slow errors may as well be the receiver's.
     """
     most = unlogged(problem, structure, p)
-    gains = _gains(problem, most, raw)
+    known, gain = _believed(problem, most, raw)
+    rounding = _with_rounding(problem, most)
+    if rounding.rounded is not None:
+        other, more = _believed(problem, rounding, raw)
+        known = other if more > gain + BELIEVED else known
+    return known if known.share or known.rounded is not None else None
+
+
+def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> tuple[Unlogged, float]:
+    """With the share that errors are likeliest with, none where it is not believed, and its 2 log likelihood."""
+    gains = _gains(problem, known, raw)
     best = int(np.argmax(gains))
-    return replace(most, share=SHARES[best]) if gains[best] > BELIEVED else None
+    best = best if gains[best] > gains[0] + BELIEVED else 0
+    return replace(known, share=SHARES[best]), float(gains[best])
 
 
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
-    """What each share gains in 2 log likelihood (shares,)."""
+    """What each share, with the rounding, gains in 2 log likelihood (shares,) over no answers at all."""
     gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
     for w, error in zip(problem.windows, raw, strict=True):
         steady = (problem.kinds(w) != kernel.POSITION)[:, None]
-        power, vectors = _eigen(_weighted(problem, known.answers, w) * steady[:, :, None], 1.0)
-        along = np.einsum("mak,ma->k", vectors, error * steady)
-        gains += np.sum(along**2 * share * power / (1.0 + share * power) - np.log1p(share * power), axis=1)
+        answers, e = weighted(problem, known.answers, w) * steady[:, :, None], error * steady
+        if known.rounded is not None:
+            power, vectors = _eigen(weighted(problem, known.rounded, w) * steady[:, :, None], 1.0)
+            gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
+            columns = np.concatenate([answers, e[:, :, None]], axis=2)
+            less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
+            columns = columns - np.einsum("mak,kj->maj", vectors, less)
+            answers, e = columns[:, :, :-1], columns[:, :, -1]
+        power, vectors = _eigen(answers, 1.0)
+        gains += _gain(np.einsum("mak,ma->k", vectors, e), share * power)
     return gains
+
+
+def _gain(along: FloatArray, power: FloatArray) -> FloatArray:
+    """What errors (k,) along answers of these powers (..., k) gain in 2 log likelihood."""
+    return np.asarray(np.sum(along**2 * power / (1.0 + power) - np.log1p(power), axis=-1), dtype=float)
 
 
 def _eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
@@ -153,15 +234,17 @@ def _eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
     return power[large], vectors.reshape(*answers.shape[:2], -1)
 
 
-def _of_stretch(problem: Problem, structure: Structure, p: FloatArray, number: int) -> FloatArray:
-    """What a stretch's samples would show (m, 2, K) of each shape, in their own units."""
+def _of_stretch(
+    problem: Problem, structure: Structure, p: FloatArray, number: int, make: Callable[..., Shapes]
+) -> FloatArray:
+    """What a stretch's samples would show (m, 2, K) of each shape that is made, in their own units."""
     stretch = problem.stretches[number]
     windows = [w for w in problem.windows if w.stretch == number]
     nothing = np.zeros((len(stretch.samples.t), 2, 0))
     if not windows:
         return nothing
     here = drive(structure, p, stretch)
-    shapes = shapes_of(structure, p, stretch, [(w.first, w.steps) for w in windows])
+    shapes = make(structure, p, stretch, [(w.first, w.steps) for w in windows])
     if not shapes.count:
         return nothing
     width = padded(kernel.NX + shapes.count)

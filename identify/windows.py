@@ -46,7 +46,7 @@ class Problem:
 
     ``inflation`` (4,) multiplies the σ of position, heading, yaw rate and velocity; ``dispersion`` (4,) is how much
     more than white noise the errors of a stream count in slow averages (for tests and intervals); ``length`` is the
-    length of a window that was asked for, s; ``unlogged`` is what the inputs may have done between their samples.
+    length of a window that was asked for, s; ``unlogged`` is what the logged inputs hide.
     """
 
     stretches: tuple[Stretch, ...]

@@ -44,6 +44,9 @@ class Measurement:
         0 where there is none.
     wander : float
         Standard deviation of that correlated noise, per component, in the value's unit.
+    quantum : float
+        For an input: step to which its values were rounded as they were logged, in their unit; 0 where none shows or
+        nobody looked (``preprocess.rounding.input_step``).
     weight : (n,), optional
         Variance of each sample's white noise as a multiple of ``sigma`` squared, where the sensor's own word on its
         accuracy is followed; None: all samples are alike.
@@ -64,6 +67,7 @@ class Measurement:
     held: bool = False
     correlation_time: float = 0.0
     wander: float = 0.0
+    quantum: float = 0.0
     weight: FloatArray | None = None
     unsure: float = 0.0
     sender: str | None = None
