@@ -57,7 +57,7 @@ def advice_for(
     if outcome.unsure:
         parts.append(
             f"Not taken: {joined(outcome.unsure)}: the fit gains by it, but with what pushes the vessel unlogged its "
-            "value may as well be nothing."
+            "value may as well be nothing, or it moves the vessel so little that a small fault of the model would do."
         )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)

@@ -2,7 +2,8 @@
 
 The search weighs errors by their size and their slow part. What pushes a vessel, or lets its position drift, adds up
 over a log, and an effect that drifts with it (a current of a millimetre per second, a roll of no size) may seem certain
-by thousands of samples that all say the same. The standard errors that are reported know better.
+by thousands of samples that all say the same. The standard errors that are reported know better. And no model is true
+to the last digit: what hardly changes a free run may stand for its own small faults, and must be beyond doubt.
 """
 
 from __future__ import annotations
@@ -11,17 +12,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, over_whole_logs
+from identify.base_fit import Fitted, free_running_misfit, over_whole_logs
 from identify.disturbance import with_disturbances
 from identify.output_error import information_of
 from identify.report_fit import covariance_of
 from validate.candidates import candidates
 from validate.judgement import least_gain
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing, searched
+from validate.loop import DOUBTFUL, Outcome, all_standing, searched
 from validate.pace import Pace
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: An effect without which free runs are worse by less than this share needs evidence beyond doubt.
+MATERIAL = 0.05
 
 
 def surely(outcome: Outcome) -> Outcome:
@@ -37,15 +41,29 @@ def surely(outcome: Outcome) -> Outcome:
 
 
 def _least_sure(fitted: Fitted) -> int | None:
-    """Which effect says least more than chance alone says; None where all say more."""
+    """Which effect says least more than it needs to say; None where all say more."""
     doubted = searched(fitted)
     if not doubted:
         return None
     found = with_disturbances(over_whole_logs(fitted))
     covariance = covariance_of(found)
-    beyond = {k: evidence(found, covariance, k) - _by_chance(fitted, k) for k in doubted}
+    beyond = {k: _beyond(found, covariance, k) for k in doubted}
     least = min(doubted, key=lambda k: beyond[k])
     return least if beyond[least] < 0.0 else None
+
+
+def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
+    """How much more evidence there is for an effect than chance gives, or than one needs that moves next to nothing."""
+    without = dropped(fitted, index)
+    said, needed = evidence(fitted, without, covariance, index), _by_chance(fitted, index)
+    if needed < said < DOUBTFUL and _immaterial(fitted, without):
+        needed = DOUBTFUL
+    return said - needed
+
+
+def _immaterial(fitted: Fitted, without: Fitted) -> bool:
+    """Whether free runs of the logs are hardly worse without an effect: what models leave out may look like it."""
+    return free_running_misfit(without) < (1.0 + MATERIAL) ** 2 * free_running_misfit(fitted)
 
 
 def _by_chance(fitted: Fitted, index: int) -> float:
@@ -55,7 +73,7 @@ def _by_chance(fitted: Fitted, index: int) -> float:
     return least_gain(len(structure.slots) - len(without.slots), len(candidates(without)))
 
 
-def evidence(fitted: Fitted, covariance: FloatArray, index: int) -> float:
+def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
     """What dropping an effect costs, in units in which chance gives χ² of as many degrees as it has parameters.
 
     The cost weighs errors by their size alone; by as much as the covariance exceeds what that makes of it, in the mean
@@ -64,7 +82,7 @@ def evidence(fitted: Fitted, covariance: FloatArray, index: int) -> float:
     A wind without any is none, though: what it stands for is a resistance.
     """
     mine, away = departure(fitted, index)
-    cost = dropped(fitted, index).solution.total - fitted.solution.total
+    cost = without.solution.total - fitted.solution.total
     information = information_of(fitted.solution, fitted.prior)
     alone = left_on(information, np.setdiff1d(np.arange(len(information)), mine), mine)
     said = cost / max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
