@@ -39,7 +39,8 @@ class _Reduced(NamedTuple):
     """What errors and parameters have to do with the shapes, the first states eliminated.
 
     ``shapes`` (w, n, n), ``across`` (w, n, np) and ``toward`` (w, n): products of the shapes with themselves, with the
-    parameters' tangents and with the errors; ``information`` (np, np) and ``score`` (np,) of the parameters.
+    parameters' tangents and with the errors; ``information`` (np, np) and ``score`` (np,) of the parameters; ``cost``:
+    the errors' squares.
     """
 
     shapes: FloatArray
@@ -47,17 +48,21 @@ class _Reduced(NamedTuple):
     toward: FloatArray
     information: FloatArray
     score: FloatArray
+    cost: float
+
+
+class _Likeliest(NamedTuple):
+    """Sizes of disturbances, the −2 log likelihood with them, and what it is over that of none."""
+
+    sizes: Sizes
+    deviance: float
+    gain: float
 
 
 def with_disturbances(fitted: Fitted) -> Fitted:
     """The fit with what its errors show of pushes and of a drift of the position, for its standard errors."""
-    structure, s = fitted.solution.structure, fitted.solution
-    near = np.isfinite(s.cost) and fitted.chi2_per_dof < TOO_FAR
-    if fitted.refits or not near or fitted.problem.rows > MOST_ROWS:
-        return fitted
-    bare = replace(fitted.problem, inflation=np.ones(4), dispersion=np.ones(4))
-    drives = [drive(structure, s.p, stretch) for stretch in bare.stretches]
-    unit = unit_answers(bare, structure, drives, begun(bare, structure, drives, s.first), blocks_in(bare))
+    bare = _white(fitted)
+    unit = None if fitted.refits else _shown(bare, fitted)
     if unit is None:
         return fitted
     try:
@@ -68,6 +73,39 @@ def with_disturbances(fitted: Fitted) -> Fitted:
         return fitted
     answers = sized(bare, sizes, unit)
     return replace(fitted, disturbed=Disturbed(sizes, _varied(fitted, answers), _left(bare, fitted, answers)))
+
+
+def deviance(fitted: Fitted) -> float:
+    """−2 log likelihood of a fit with the disturbances that its errors are most likely with, up to a constant.
+
+    For fits to the same windows: what one of them takes for an effect may be pushes to the other. Infinite where a fit
+    is too far from the noise to look.
+    """
+    bare = _white(fitted)
+    unit = _shown(bare, fitted)
+    if unit is None:
+        return np.inf
+    plain = _products(bare, fitted, unit)
+    times = [(push, drift) for push in PUSH_TIMES for drift in DRIFT_TIMES]
+    try:
+        return min(_at_times(bare, fitted, plain, *at, restricted=False).deviance for at in times)
+    except np.linalg.LinAlgError:
+        return np.inf
+
+
+def _white(fitted: Fitted) -> Problem:
+    """A fit's problem, errors weighed by the sensors' noise alone."""
+    return replace(fitted.problem, inflation=np.ones(4), dispersion=np.ones(4))
+
+
+def _shown(bare: Problem, fitted: Fitted) -> tuple[FloatArray, ...] | None:
+    """What samples show of each unit disturbance; None where a fit is too far from the noise, or too long, to look."""
+    structure, s = fitted.solution.structure, fitted.solution
+    near = np.isfinite(s.cost) and fitted.chi2_per_dof < TOO_FAR
+    if not near or fitted.problem.rows > MOST_ROWS:
+        return None
+    drives = [drive(structure, s.p, stretch) for stretch in bare.stretches]
+    return unit_answers(bare, structure, drives, begun(bare, structure, drives, s.first), blocks_in(bare))
 
 
 def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> FloatArray:
@@ -118,9 +156,9 @@ def most_likely(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) 
     for times in ([(t, drift) for t in PUSH_TIMES], [(None, t) for t in DRIFT_TIMES[1:]]):
         for push_time, drift_time in times:
             at = (push if push_time is None else push_time, drift_time)
-            sizes, deviance = _at_times(problem, fitted, plain, *at)
-            if deviance < least:
-                best, least, push = sizes, deviance, at[0]
+            found = _at_times(problem, fitted, plain, *at)
+            if found.gain < least:
+                best, least, push = found.sizes, found.gain, at[0]
     return best
 
 
@@ -140,24 +178,28 @@ def _products(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) ->
 
 
 def _at_times(
-    problem: Problem, fitted: Fitted, plain: FloatArray, push_time: float, drift_time: float
-) -> tuple[Sizes, float]:
-    """The likeliest sizes with these time constants, and −2 log likelihood over that of none."""
+    problem: Problem,
+    fitted: Fitted,
+    plain: FloatArray,
+    push_time: float,
+    drift_time: float,
+    restricted: bool = True,
+) -> _Likeliest:
+    """The likeliest sizes with these time constants."""
     count = (plain.shape[1] - NX - len(fitted.solution.p) - 1) // (PUSHED + STANDS)
     reduced = _reduced(fitted, plain, roots_of(problem, count, push_time, drift_time))
     known = np.einsum("wnn->n", reduced.shapes).reshape(-1, count).sum(axis=1) / reduced.shapes[..., 0].size
     known = np.append(known[:PUSHED], known[PUSHED:].mean())
     reference = 1.0 / np.sqrt(np.maximum(known, 1e-30))
-    nothing = _deviance(reduced, np.zeros(reduced.shapes.shape[1]))
 
-    def deviance(x: FloatArray) -> float:
-        return _deviance(reduced, np.repeat(_each(np.exp(x) * reference), count)) - nothing
+    def less(x: FloatArray) -> float:
+        return _less(reduced, np.repeat(_each(np.exp(x) * reference), count), restricted)
 
-    found = minimize(
-        deviance, np.full(len(reference), -1.0), method="L-BFGS-B", bounds=[RANGE] * len(reference)
-    )
+    found = minimize(less, np.full(len(reference), -1.0), method="L-BFGS-B", bounds=[RANGE] * len(reference))
     size = np.exp(found.x) * reference
-    return Sizes(size[:PUSHED], push_time, float(size[-1]), drift_time), float(found.fun)
+    nothing = _less(reduced, np.zeros(reduced.shapes.shape[1]), restricted)
+    sizes = Sizes(size[:PUSHED], push_time, float(size[-1]), drift_time)
+    return _Likeliest(sizes, float(found.fun) + reduced.cost, float(found.fun) - nothing)
 
 
 def _each(sizes: FloatArray) -> FloatArray:
@@ -190,11 +232,15 @@ def _reduced(fitted: Fitted, plain: FloatArray, roots: FloatArray) -> _Reduced:
     return _Reduced(
         full[:, np_ + 1 :, np_ + 1 :], across[:, :, free], full[:, np_ + 1 :, np_],
         information[np.ix_(free, free)], (score * by)[free],
+        float(full[:, np_, np_].sum() + np.sum(((s.p - fitted.prior.mean) / fitted.prior.sd) ** 2)),
     )  # fmt: skip
 
 
-def _deviance(reduced: _Reduced, scale: FloatArray) -> float:
-    """−2 log restricted likelihood of disturbances of these sizes (n,), up to a constant."""
+def _less(reduced: _Reduced, scale: FloatArray, restricted: bool) -> float:
+    """−2 log likelihood of disturbances of these sizes (n,) less the errors' squares.
+
+    Restricted to what no parameter can follow, or at the likeliest parameters.
+    """
     within = np.eye(len(scale)) + reduced.shapes * scale * scale[:, None]
     right = np.concatenate([reduced.across, reduced.toward[:, :, None]], axis=2) * scale[:, None]
     lower = np.linalg.cholesky(within)
@@ -203,5 +249,5 @@ def _deviance(reduced: _Reduced, scale: FloatArray) -> float:
     information, score = reduced.information - taken[:-1, :-1], reduced.score - taken[:-1, -1]
     own = np.linalg.cholesky(information)
     reached = np.linalg.solve(own, score)
-    logs = np.log(np.einsum("wnn->wn", lower)).sum() + np.log(np.diag(own)).sum()
+    logs = np.log(np.einsum("wnn->wn", lower)).sum() + restricted * np.log(np.diag(own)).sum()
     return float(2.0 * logs - taken[-1, -1] - reached @ reached)

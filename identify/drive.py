@@ -129,11 +129,11 @@ def _loading(structure: Structure, values: list[dict[str, float]], log: str) -> 
     for active, v in zip(structure.actives, values, strict=True):
         if active.effect.loading is None or log not in active.variant.options["logs"]:  # type: ignore[operator]
             continue
-        inertia, hull = active.effect.loading(v)
+        by = active.effect.loading(v, active.variant.options)
         for k, term in enumerate(structure.table.terms):
             if term.dof not in ("e1", "e2"):
-                factor[k] *= 1.0 if term.role == "inertial" else 1.0 / inertia
-                factor[k] *= hull if term.role == "hull" else 1.0
+                factor[k] *= by.inertial if term.role == "inertial" else by.others
+                factor[k] *= by.hull if term.role == "hull" else 1.0
     return factor
 
 

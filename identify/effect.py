@@ -37,6 +37,9 @@ class Parameter:
         Scale and starts are in units of the amplitude of the input that the effect acts on.
     known : float
         Standard deviation about ``null`` with which it is known beforehand.
+    shape : bool
+        Whether it says of what kind an effect is (a period), not how much of it there is: at ``null`` it need not be
+        nothing.
     """
 
     name: str
@@ -47,6 +50,16 @@ class Parameter:
     starts: tuple[float, ...] = ()
     relative: bool = False
     known: float = np.inf
+    shape: bool = False
+
+
+@dataclass(frozen=True)
+class Loading:
+    """Factors on the coefficients of inertial terms (Coriolis), on all others, and on the hull's once more."""
+
+    inertial: float = 1.0
+    others: float = 1.0
+    hull: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -135,7 +148,10 @@ class Effect:
     input_delay : callable
         ``input_delay(values) -> s`` by which the actuator (all, where the variant has no input) follows the log.
     loading : callable
-        ``loading(values) -> (inertia ratio, hull factor)`` in ``options["logs"]``.
+        ``loading(values, options) -> Loading`` in ``options["logs"]``.
+    forms : callable
+        ``forms(variant) -> [Variant, …]``: other readings of the same cause, not tried by themselves; which of them it
+        is the data say once it is taken.
     variants : callable
         ``variants(setting) -> [Variant, …]``; an empty list where the effect makes no sense.
     report : callable
@@ -160,7 +176,8 @@ class Effect:
     air: Callable[[Values], tuple[float, float]] | None = None
     sensor: Callable[[Values, Mapping[str, object]], SensorShift] | None = None
     input_delay: Callable[[Values], float] | None = None
-    loading: Callable[[Values], tuple[float, float]] | None = None
+    loading: Callable[[Values, Mapping[str, object]], Loading] | None = None
+    forms: Callable[[Variant], list[Variant]] | None = None
     variants: Callable[[Setting], list[Variant]] = everywhere
     report: Callable[[Values], Mapping[str, float]] | None = None
     reported: Mapping[str, str] = field(default_factory=dict)

@@ -303,14 +303,15 @@ def test_late_input_stamps_are_actuators_ahead_of_the_log():
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "roles"),
+    ("name", "values", "form", "roles"),
     [
-        ("mass_change", {"ratio": 1.25}, {"inertial": 1.0, "hull": 0.8, "thrust": 0.8}),
-        ("shallow_water", {"factor": 1.5}, {"inertial": 1.0, "hull": 1.5, "thrust": 1.0}),
+        ("mass_change", {"ratio": 1.25}, {}, {"inertial": 1.0, "hull": 0.8, "thrust": 0.8}),
+        ("mass_change", {"ratio": 1.25}, {"form": "whole"}, {"inertial": 0.8, "hull": 0.8, "thrust": 0.8}),
+        ("shallow_water", {"factor": 1.5}, {}, {"inertial": 1.0, "hull": 1.5, "thrust": 1.0}),
     ],
 )
-def test_loading_acts_in_its_logs_alone(name, values, roles):
-    structure, p, plain, q = with_effect(name, values, Variant(options={"logs": ("b",)}))
+def test_loading_acts_in_its_logs_alone(name, values, form, roles):
+    structure, p, plain, q = with_effect(name, values, Variant(options={"logs": ("b",), **form}))
     stretch = stretch_of(MOTORS)
     same = drive(structure, p, stretch).coefficients
     assert np.array_equal(same, drive(plain, q, stretch).coefficients)

@@ -10,7 +10,6 @@ import pandas as pd
 
 from identify.base_fit import Fitted, over_whole_logs
 from identify.disturbance import with_disturbances
-from identify.effect import Active
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.held_inputs import prepare_best
@@ -20,6 +19,7 @@ from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
+from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.scores import predictions, validation
@@ -159,12 +159,11 @@ def _finished(
 def _borne_out(
     prepared: Prepared, declared: Fitted, outcome: Outcome, after: Fitted
 ) -> tuple[Outcome, Fitted]:
-    """What unseen logs do not speak against: all as found, else loads in the logs of the fit alone, else the wiring."""
+    """What unseen logs do not speak against: all as found, in the logs that say so, else the wiring."""
+    placed = in_logs_as_they_say(outcome, prepared)
+    after = after if placed is outcome else placed.fitted
     if not speak_against(prepared, declared, after):
-        return outcome, after
-    narrowed = _loaded_as_seen(outcome, prepared)
-    if not speak_against(prepared, declared, narrowed.fitted):
-        return narrowed, narrowed.fitted
+        return placed, after
     kept = outcome.standing[: 1 if outcome.wiring else 0]
     refuted = tuple(t.active.label for t in outcome.standing[len(kept) :])
     after = _rewired(prepared, outcome) if outcome.wiring else declared
@@ -181,24 +180,6 @@ def _far(declared: Fitted, outcome: Outcome | None) -> bool:
     if not declared.is_far:
         return False
     return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
-
-
-def _loaded_as_seen(outcome: Outcome, prepared: Prepared) -> Outcome:
-    """The outcome with effects on some logs in logs of the fit alone: in which others they are, those cannot tell."""
-    seen = {s.name for s in prepared.identify}
-
-    def narrowed(active: Active) -> Active:
-        logs = active.variant.options.get("logs")
-        if not isinstance(logs, tuple):
-            return active
-        options = {**active.variant.options, "logs": tuple(n for n in logs if n in seen)}
-        return replace(active, variant=replace(active.variant, options=options))
-
-    solution = outcome.fitted.solution
-    structure = replace(solution.structure, actives=tuple(map(narrowed, solution.structure.actives)))
-    fitted = replace(outcome.fitted, solution=replace(solution, structure=structure))
-    standing = tuple(replace(s, active=narrowed(s.active)) for s in outcome.standing)
-    return replace(outcome, fitted=fitted, standing=standing)
 
 
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,19 @@ def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
     }
     least = min(better, default=np.inf)
     return better[least] if least < cost - INDISTINCT else None
+
+
+def in_likeliest_form(fitted: Fitted) -> Fitted:
+    """The fit with the last effect in that of its forms which the measurements clearly prefer."""
+    s = fitted.solution
+    *others, last = s.structure.actives
+    best = fitted
+    for variant in last.effect.forms(last.variant) if last.effect.forms else ():
+        structure = replace(s.structure, actives=(*others, replace(last, variant=variant)))
+        found = under(fitted.problem, replace(fitted, solution=replace(s, structure=structure)), 20)
+        if found.solution.total < best.solution.total - INDISTINCT:
+            best = found
+    return best
 
 
 def as_good_as_declared(fitted: Fitted) -> Fitted | None:

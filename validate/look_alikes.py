@@ -65,8 +65,9 @@ def loss_without(fitted: Fitted, index: int) -> float:
     information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
     others = np.setdiff1d(np.arange(len(information)), mine)
     linear = float(away @ left_on(information, others, mine) @ away)
-    if linear > 1000.0 * float(np.max(fitted.problem.dispersion)) ** 2:
-        return linear / float(np.max(fitted.problem.dispersion)) ** 2
+    linear /= float(np.max(fitted.problem.dispersion)) ** 2
+    if linear > 1000.0 and smooth(fitted.solution.structure.actives[index]):
+        return linear
     without = dropped(fitted, index).solution
     return dispersed_cost(fitted.problem, without) - dispersed_cost(fitted.problem, fitted.solution)
 
@@ -114,8 +115,10 @@ def standing(fitted: Fitted, index: int) -> Standing:
 
 
 def _acting(active: Active, among: set[str]) -> tuple[str, str | None, dict[str, object]]:
-    """What an effect is ``among`` some logs: in which others it acts, these cannot tell."""
+    """What an effect is ``among`` some logs: in which others it acts, these cannot tell; its forms are one cause."""
     options = dict(active.variant.options)
+    if active.effect.forms is not None:
+        options.pop("form", None)
     if isinstance(logs := options.get("logs"), tuple):
         options["logs"] = tuple(n for n in logs if n in among)
     return active.effect.name, active.variant.input, options

@@ -25,7 +25,7 @@ from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import cut, first_states
 from validate.candidates import Screened, candidates, screen
-from validate.exchange import as_good_as_declared, better_rival
+from validate.exchange import as_good_as_declared, better_rival, in_likeliest_form
 from validate.judgement import INDISTINCT, Judged, effects_alone, judge, least_gain, under, worthwhile
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
@@ -173,7 +173,7 @@ def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) 
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return fitted
         pace(f"taken: {taken.label}")
-        fitted = settled(taken.fitted)
+        fitted = in_likeliest_form(settled(taken.fitted))
     return fitted
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.base_fit import Fitted, free_running_misfit, over_whole_logs
-from identify.disturbance import with_disturbances
+from identify.disturbance import deviance, with_disturbances
 from identify.output_error import information_of
 from identify.report_fit import covariance_of
 from validate.candidates import candidates
@@ -23,9 +23,14 @@ from validate.loop import DOUBTFUL, Outcome, all_standing, searched
 from validate.pace import Pace
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An effect without which free runs are worse by less than this share needs evidence beyond doubt.
 MATERIAL = 0.05
+#: ... or by less than this, as a root mean square of u, v and r in units of their spread.
+LITTLE = 0.02
+#: Evidence that needs no second look.
+OVERWHELMING = 1000.0
 
 
 def surely(outcome: Outcome) -> Outcome:
@@ -63,7 +68,8 @@ def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
 
 def _immaterial(fitted: Fitted, without: Fitted) -> bool:
     """Whether free runs of the logs are hardly worse without an effect: what models leave out may look like it."""
-    return free_running_misfit(without) < (1.0 + MATERIAL) ** 2 * free_running_misfit(fitted)
+    here, there = (free_running_misfit(f) for f in (fitted, without))
+    return there < (1.0 + MATERIAL) ** 2 * here or there - here < LITTLE**2
 
 
 def _by_chance(fitted: Fitted, index: int) -> float:
@@ -79,15 +85,44 @@ def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int
     The cost weighs errors by their size alone; by as much as the covariance exceeds what that makes of it, in the mean
     over the effect's parameters, chance costs more (Rao and Scott 1984). Unlike Wald's statistic it does not depend on
     how the effect is written: of a wind's speed and of its coefficients neither may be known where their product is.
-    A wind without any is none, though: what it stands for is a resistance.
+    A wind without any is none, though: what it stands for is a resistance. Where that leaves doubt, pushes must not do
+    as well, each model with those that are likeliest with it, and the effect's sizes must not be within their errors of
+    nothing; far more than pushes can do is no doubt.
     """
-    mine, away = departure(fitted, index)
-    cost = without.solution.total - fitted.solution.total
+    said = _by_cost(fitted, without, covariance, index)
+    if said < OVERWHELMING and np.isfinite(here := deviance(fitted)):
+        pushed = deviance(without) - here
+        said = pushed if pushed > OVERWHELMING else min(said, pushed, _by_size(fitted, covariance, index))
+    return min(said, _by_flow(fitted, covariance, index))
+
+
+def _by_cost(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
+    """Likelihood ratio over Rao and Scott's factor."""
+    mine, _ = departure(fitted, index)
     information = information_of(fitted.solution, fitted.prior)
     alone = left_on(information, np.setdiff1d(np.arange(len(information)), mine), mine)
-    said = cost / max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
+    factor = max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
+    return (without.solution.total - fitted.solution.total) / factor
+
+
+def _by_size(fitted: Fitted, covariance: FloatArray, index: int) -> float:
+    """Wald's statistic of the parameters that say how much of an effect there is, not of what shape."""
+    mine, away = departure(fitted, index)
+    sizes = np.array([not fitted.solution.structure.slots[k].parameter.shape for k in mine])
+    return _wald(covariance, mine[sizes], away[sizes])
+
+
+def _by_flow(fitted: Fitted, covariance: FloatArray, index: int) -> float:
+    """Wald's statistic of the flow that an effect is made by where it has coefficients as well; else infinite."""
+    mine, away = departure(fitted, index)
     linear = np.array([fitted.solution.structure.slots[k].coefficient >= 0 for k in mine])
     if linear.all() or not linear.any():
-        return said
-    where, off = mine[~linear], away[~linear]
-    return min(said, float(off @ np.linalg.pinv(covariance[np.ix_(where, where)]) @ off))
+        return np.inf
+    return _wald(covariance, mine[~linear], away[~linear])
+
+
+def _wald(covariance: FloatArray, where: IntArray, off: FloatArray) -> float:
+    """Square of a departure in units of its errors; directions that nothing tells count for nothing."""
+    mine = covariance[np.ix_(where, where)]
+    scale = np.sqrt(np.maximum(np.diag(mine), 1e-300))
+    return float(off / scale @ np.linalg.pinv(mine / scale / scale[:, None], rcond=1e-12) @ (off / scale))

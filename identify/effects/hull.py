@@ -90,8 +90,8 @@ ROLL_COUPLING = Effect(
     "Log roll; metacentric height; tight turns at speed.",
     "Fossen 2011, sec. 6.6; Blanke and Christensen 1993",
     parameters=(
-        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL),
-        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.2,) * len(_ROLL)),
+        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL, shape=True),
+        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.2,) * len(_ROLL), shape=True),
         Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
         Parameter("yaw", "1/m/s²", 0.1, (-50.0, 50.0)),
     ),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
-from identify.effect import Effect, Parameter, SensorShift, Setting, Variant
+from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant
 
 HEADING_BIAS = Effect(
     "heading_bias", "sensor",
@@ -84,13 +86,26 @@ def _other_load(setting: Setting) -> list[Variant]:
     return [Variant(options={"logs": group}) for group in found.values()]
 
 
+def _lighter(values: Values, options: Mapping[str, object]) -> Loading:
+    """Coriolis terms are inertial themselves, and stay; in the whole form the model's terms are forces, all of them."""
+    others = 1.0 / values["ratio"]
+    return Loading(inertial=others if options.get("form") == "whole" else 1.0, others=others)
+
+
+def _whole(variant: Variant) -> list[Variant]:
+    """The other form: with Coriolis terms, or without."""
+    options = {k: v for k, v in variant.options.items() if k != "form"}
+    return [replace(variant, options=options if "form" in variant.options else {**options, "form": "whole"})]
+
+
 MASS_CHANGE = Effect(
     "mass_change", "loading",
-    "u̇, v̇, ṙ (less Coriolis terms) × 1/ratio in the logs named",
+    "u̇, v̇, ṙ × 1/ratio in the logs named, less Coriolis terms or (form whole) with them",
     "The vessel was heavier or lighter in some of the logs.",
     "Load, fuel, flooding; draught marks before each run.",
     "Fossen 2011, sec. 3.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
-    loading=lambda p: (p["ratio"], 1.0),
+    loading=_lighter,
+    forms=_whole,
     variants=_other_load,
 )  # fmt: skip

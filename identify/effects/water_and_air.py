@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from identify.effect import Effect, Parameter, Setting, Values, Variant
+from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant
 from identify.term import Term
 
 
@@ -91,6 +91,6 @@ SHALLOW_WATER = Effect(
     "Log the depth; a depth below three draughts matters, below 1.5 draughts it dominates.",
     "Fossen 2011, sec. 6.4; ITTC 7.5-02-06-04",
     parameters=(Parameter("factor", "1", 0.1, (1.0, 10.0), null=1.0),),
-    loading=lambda p: (1.0, p["factor"]),
+    loading=lambda p, _: Loading(hull=p["factor"]),
     variants=_shallow,
 )  # fmt: skip

@@ -192,10 +192,14 @@ def wiring_words(effect: FittedEffect) -> str:
     return joined(parts) or "a wiring that is not as declared"
 
 
+#: Forms of effects that their names do not tell.
+_FORMS = {"whole": ", Coriolis terms too,"}
+
+
 def option_words(effect: FittedEffect) -> str:
     """What of an effect is not a number: form, stream, logs."""
     options = effect.options
-    form = f" as {options['form']}" if options.get("form") else ""
+    form = _FORMS.get(str(form), f" as {form}") if (form := options.get("form")) else ""
     stream = f" of the {plain_name(str(options['stream']))} stream" if options.get("stream") else ""
     logs = options.get("logs")
     return (

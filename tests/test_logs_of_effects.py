@@ -1,0 +1,51 @@
+"""In which logs an effect on some logs is there, and in which of its forms: what the measurements say."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import fit_from_scratch
+from identify.effect import Active, Variant
+from identify.effects.sensors import MASS_CHANGE
+from identify.prepare import prepare
+from identify.structure import null_parameters
+from validate.exchange import in_likeliest_form
+from validate.logs_of_effects import in_logs_as_they_say
+from validate.look_alikes import Standing
+from validate.loop import Outcome
+
+MANOEUVRES = ("zigzag", "random", "zigzag", "random")
+
+
+@cache
+def loaded_in(*logs):
+    effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": logs})
+    _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, (effect,), validate=2)
+    return prepare(trials, "modulus")
+
+
+def fitted_with(prepared, *logs, **form):
+    names = prepared.structure.setting.logs
+    active = Active(MASS_CHANGE, Variant(options={"logs": tuple(names[k] for k in logs), **form}))
+    structure = prepared.structure.with_effect(active)
+    fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=1)
+    return Outcome(fitted, (), (Standing(active, 100.0, 1e-9, ()),), None)
+
+
+@pytest.mark.parametrize("said", [(1,), (1, 2), (1, 2, 3)])
+def test_an_unseen_log_says_itself_whether_the_vessel_was_loaded(said):
+    prepared = loaded_in(1, 3)
+    names = prepared.structure.setting.logs
+    found = in_logs_as_they_say(fitted_with(prepared, *said), prepared)
+    for active in (found.standing[0].active, found.fitted.solution.structure.actives[0]):
+        assert active.variant.options["logs"] == (names[1], names[3])
+
+
+@pytest.mark.parametrize("form", [{}, {"form": "whole"}])
+def test_coriolis_terms_stay_where_the_measurements_say_so(form):
+    fitted = fitted_with(loaded_in(1, 3), 1, **form).fitted
+    assert "form" not in in_likeliest_form(fitted).solution.structure.actives[0].variant.options
