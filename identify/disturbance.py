@@ -79,7 +79,7 @@ def deviance(fitted: Fitted) -> float:
     """−2 log likelihood of a fit with the disturbances that its errors are most likely with, up to a constant.
 
     For fits to the same windows: what one of them takes for an effect may be pushes to the other. Infinite where a fit
-    is too far from the noise to look.
+    is too far from the noise to look, NaN where the data hardly tell.
     """
     bare = _white(fitted)
     unit = _shown(bare, fitted)
@@ -89,8 +89,8 @@ def deviance(fitted: Fitted) -> float:
     times = [(push, drift) for push in PUSH_TIMES for drift in DRIFT_TIMES]
     try:
         return min(_at_times(bare, fitted, plain, *at, restricted=False).deviance for at in times)
-    except np.linalg.LinAlgError:
-        return np.inf
+    except np.linalg.LinAlgError:  # no evidence, either way
+        return np.nan
 
 
 def _white(fitted: Fitted) -> Problem:
