@@ -29,6 +29,9 @@ STATE_PRIOR = np.array([20.0, 20.0, 1.0, 3.0, 3.0, 1.0, 0.5, 0.5])
 #: An effect's own states follow from the smoothed motion; they are not free.
 _FOLLOWS = 1e-5
 
+#: Windows are shared among threads from so many steps times columns on: to hand over less costs more than it saves.
+WORTH_SHARING = 150_000
+
 
 @dataclass(frozen=True)
 class Window:
@@ -190,11 +193,15 @@ def moments(
     ]
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
     hidden = problem.whitening  # made before the threads ask for it
+    size = columns * sum(s.steps for s in problem.stretches)
+    workers = problem.workers if size >= WORTH_SHARING else 1
     shares = [
-        (drives[k], along[k], np.array(part)) for k in range(len(drives)) for part in _shares(problem, k)
+        (drives[k], along[k], np.array(part))
+        for k in range(len(drives))
+        for part in _shares(problem, k, workers)
     ]
     done = abreast(
-        lambda share: _of_windows(problem, structure, hidden, first, columns, *share), shares, problem.workers
+        lambda share: _of_windows(problem, structure, hidden, first, columns, *share), shares, workers
     )
     matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
     raw: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
@@ -205,10 +212,10 @@ def moments(
     return Moments(matrices, problem.whitened(raw), tuple(raw))
 
 
-def _shares(problem: Problem, stretch: int) -> list[list[int]]:
+def _shares(problem: Problem, stretch: int, workers: int) -> list[list[int]]:
     """The windows of a stretch, shared among the workers."""
     mine = [k for k, w in enumerate(problem.windows) if w.stretch == stretch]
-    size = max(1, -(-len(mine) // problem.workers))
+    size = max(1, -(-len(mine) // workers))
     return [mine[k : k + size] for k in range(0, len(mine), size)]
 
 

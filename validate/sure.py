@@ -14,13 +14,15 @@ import numpy as np
 
 from identify.base_fit import Fitted, free_running_misfit, over_whole_logs
 from identify.disturbance import deviance, with_disturbances
-from identify.output_error import information_of
+from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
+from identify.windows import first_states
 from validate.candidates import candidates
 from validate.judgement import least_gain
 from validate.look_alikes import departure, dropped, left_on
 from validate.loop import DOUBTFUL, Outcome, all_standing, searched
 from validate.pace import Pace
+from validate.refits import step_tolerance
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -82,23 +84,26 @@ def _by_chance(fitted: Fitted, index: int) -> float:
 def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
     """What dropping an effect costs, in units in which chance gives χ² of as many degrees as it has parameters.
 
-    The cost weighs errors by their size alone; by as much as the covariance exceeds what that makes of it, in the mean
-    over the effect's parameters, chance costs more (Rao and Scott 1984). Unlike Wald's statistic it does not depend on
-    how the effect is written: of a wind's speed and of its coefficients neither may be known where their product is.
-    A wind without any is none, though: what it stands for is a resistance. Where that leaves doubt, pushes must not do
-    as well, each model with those that are likeliest with it, and the effect's sizes must not be within their errors of
-    nothing; far more than pushes can do is no doubt.
+    Where that leaves doubt, pushes must not do as well, each model with those that are likeliest with it, and the
+    effect's sizes must not be within their errors of nothing; far more than pushes can do is no doubt. A wind without
+    any is none, though: what it stands for is a resistance, and it must do better than that by as much.
     """
-    said = _by_cost(fitted, without, covariance, index)
+    mine, _ = departure(fitted, index)
+    said = _by_cost(fitted, without, covariance, mine)
     if said < OVERWHELMING and np.isfinite(here := deviance(fitted)):
         pushed = deviance(without) - here
         said = pushed if pushed > OVERWHELMING else min(said, pushed, _by_size(fitted, covariance, index))
-    return min(said, _by_flow(fitted, covariance, index))
+    flow = _flow_of(fitted, mine)
+    return min(said, _by_flow(fitted, covariance, flow)) if len(flow) else said
 
 
-def _by_cost(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
-    """Likelihood ratio over Rao and Scott's factor."""
-    mine, _ = departure(fitted, index)
+def _by_cost(fitted: Fitted, without: Fitted, covariance: FloatArray, mine: IntArray) -> float:
+    """Likelihood ratio of a fit to one without some parameters, over Rao and Scott's factor.
+
+    The cost weighs errors by their size alone; by as much as the covariance exceeds what that makes of it, in the mean
+    over the parameters, chance costs more (Rao and Scott 1984). Unlike Wald's statistic it does not depend on how an
+    effect is written: of a wind's speed and of its coefficients neither may be known where their product is.
+    """
     information = information_of(fitted.solution, fitted.prior)
     alone = left_on(information, np.setdiff1d(np.arange(len(information)), mine), mine)
     factor = max(1.0, float(np.trace(alone @ covariance[np.ix_(mine, mine)])) / len(mine))
@@ -112,13 +117,32 @@ def _by_size(fitted: Fitted, covariance: FloatArray, index: int) -> float:
     return _wald(covariance, mine[sizes], away[sizes])
 
 
-def _by_flow(fitted: Fitted, covariance: FloatArray, index: int) -> float:
-    """Wald's statistic of the flow that an effect is made by where it has coefficients as well; else infinite."""
-    mine, away = departure(fitted, index)
+def _flow_of(fitted: Fitted, mine: IntArray) -> IntArray:
+    """Parameters of the flow that an effect is made by, where it has coefficients as well; else none."""
     linear = np.array([fitted.solution.structure.slots[k].coefficient >= 0 for k in mine])
-    if linear.all() or not linear.any():
-        return np.inf
-    return _wald(covariance, mine[~linear], away[~linear])
+    return mine[~linear] if linear.any() else mine[:0]
+
+
+def _by_flow(fitted: Fitted, covariance: FloatArray, flow: IntArray) -> float:
+    """What it costs that an effect's flow stands still, its coefficients free; likewise against the likeliest pushes."""
+    still = _standing_still(fitted, flow)
+    said = _by_cost(fitted, still, covariance, flow)
+    if said < OVERWHELMING and np.isfinite(here := deviance(fitted)):
+        return max(min(said, deviance(still) - here), _wald(covariance, flow, fitted.solution.p[flow]))
+    return said
+
+
+def _standing_still(fitted: Fitted, flow: IntArray) -> Fitted:
+    """The fit with an effect's flow held at nothing."""
+    problem, solution, prior = fitted.problem, fitted.solution, fitted.prior
+    p, mean, sd = solution.p.copy(), prior.mean.copy(), prior.sd.copy()
+    p[flow], mean[flow], sd[flow] = 0.0, 0.0, 1e-9
+    held = Prior(mean, sd)
+    found = solve(
+        problem, solution.structure, p, solution.first, held, anchor=first_states(problem), budget=20,
+        tolerance=step_tolerance(fitted),
+    )  # fmt: skip
+    return Fitted(problem, held, found)
 
 
 def _wald(covariance: FloatArray, where: IntArray, off: FloatArray) -> float:
