@@ -124,7 +124,7 @@ def _flow_of(fitted: Fitted, mine: IntArray) -> IntArray:
 
 
 def _by_flow(fitted: Fitted, covariance: FloatArray, flow: IntArray) -> float:
-    """What it costs that an effect's flow stands still, its coefficients free; likewise against the likeliest pushes."""
+    """What it costs that an effect's flow stands still, its coefficients free; against the likeliest pushes, too."""
     still = _standing_still(fitted, flow)
     said = _by_cost(fitted, still, covariance, flow)
     if said < OVERWHELMING and np.isfinite(here := deviance(fitted)):
