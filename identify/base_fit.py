@@ -229,10 +229,10 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
     """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
 
     Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not be
-    fitted as well, the model lacks something, and the fit stays as it was. So it does where inputs hide something.
+    fitted as well, the model lacks something, and the fit stays as it was. So it does where anything is hidden.
     """
     whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
-    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.unlogged is not None:
+    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hidden is not None:
         return fitted
     problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
     structure, first = fitted.solution.structure, first_states(problem)

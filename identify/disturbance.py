@@ -110,9 +110,8 @@ def _shown(bare: Problem, fitted: Fitted) -> tuple[FloatArray, ...] | None:
 
 def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> FloatArray:
     """How many times larger than white noise each stream's errors are without disturbances (4,), slowly averaged."""
-    if bare.unlogged is not None:
-        hidden = bare.unlogged.over(bare).sized
-        answers = tuple(np.concatenate(a, axis=2) for a in zip(hidden, answers, strict=True))
+    if bare.hidden is not None:
+        answers = tuple(np.concatenate(a, axis=2) for a in zip(bare.hidden, answers, strict=True))
     white, s = whitening_of(bare, answers), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
     errors = tuple(

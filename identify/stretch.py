@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
+from identify.swell import Swell
 from preprocess.eso_motion import bandwidths_of
 from preprocess.trial import Measurement, Trial
 
@@ -70,6 +71,8 @@ class Stretch:
         The sensors' good samples within the stretch.
     observed : mapping of str to float
         Bandwidths of the observers that the states come from, rad/s by sensor; none where a smoother made them.
+    swell : Swell, optional
+        Waves that are known to move the vessel.
     """
 
     name: str
@@ -84,6 +87,7 @@ class Stretch:
     wind: FloatArray
     samples: Samples
     observed: Mapping[str, float] = field(default_factory=dict)
+    swell: Swell | None = None
 
     @property
     def grid(self) -> FloatArray:

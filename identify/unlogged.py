@@ -203,13 +203,15 @@ def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> t
 
 
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
-    """What each share, with the rounding, gains in 2 log likelihood (shares,) over no answers at all."""
+    """What each share, with rounding and known waves, gains in 2 log likelihood (shares,) over no answers at all."""
+    sure = [a for a in (known.rounded, problem.swung) if a is not None]
     gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
     for w, error in zip(problem.windows, raw, strict=True):
         steady = (problem.kinds(w) != kernel.POSITION)[:, None]
         answers, e = weighted(problem, known.answers, w) * steady[:, :, None], error * steady
-        if known.rounded is not None:
-            power, vectors = _eigen(weighted(problem, known.rounded, w) * steady[:, :, None], 1.0)
+        beside = np.concatenate([weighted(problem, a, w) for a in sure], axis=2) * steady[:, :, None]
+        if beside.shape[2]:
+            power, vectors = _eigen(beside, 1.0)
             gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
             columns = np.concatenate([answers, e[:, :, None]], axis=2)
             less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)

@@ -17,6 +17,7 @@ from identify.regression import through_water
 from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
+from identify.swell import shown_by
 from identify.tangents import Along, padded, run_for
 from identify.threads import abreast
 from identify.unlogged import Unlogged, Whitening, whitening_of
@@ -62,8 +63,23 @@ class Problem:
 
     @cached_property
     def whitening(self) -> Whitening | None:
-        """What the errors of every window are whitened by; None where the inputs hide nothing."""
-        return None if self.unlogged is None else whitening_of(self, self.unlogged.over(self).sized)
+        """What the errors of every window are whitened by; None where nothing is hidden."""
+        return None if self.hidden is None else whitening_of(self, self.hidden)
+
+    @cached_property
+    def hidden(self) -> tuple[FloatArray, ...] | None:
+        """Per stretch (m, 2, K) what no log says, each of one standard deviation: of the inputs, and of waves."""
+        parts = [self.swung] if any(s.swell for s in self.stretches) else []
+        parts += [self.unlogged.over(self).sized] if self.unlogged else []
+        if not parts:
+            return None
+        return tuple(np.concatenate(each, axis=2) for each in zip(*parts, strict=True))
+
+    @cached_property
+    def swung(self) -> tuple[FloatArray, ...]:
+        """Per stretch (m, 2, K) what samples show of the waves that are known."""
+        longest = max((w.steps * self.stretches[w.stretch].h for w in self.windows), default=0.0)
+        return tuple(shown_by(s, longest) for s in self.stretches)
 
     @cached_property
     def rows(self) -> int:

@@ -14,6 +14,9 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import Fitted, fit_from_scratch
 from identify.prepare import prepare
 from identify.windows import first_states
+from validate.loop import _rounds
+from validate.pace import Pace
+from validate.swell import with_waves_known
 from validate.waves import find_waves
 
 DURATION = 60.0
@@ -100,3 +103,23 @@ def test_one_window_cannot_show_waves():
     problem = replace(whole.problem, windows=whole.problem.windows[:1])
     solution = replace(whole.solution, first=first_states(problem))
     assert find_waves(replace(whole, problem=problem, solution=solution)) is None
+
+
+@pytest.mark.slow
+def test_waves_that_are_known_leave_a_lag_to_be_seen():
+    lag = Effect("actuator_lag", {"time_constant": 0.6}, "rudder")
+    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
+    before = fitted("usv", (waves, lag))
+    after = with_waves_known(before)
+    known = after.problem.stretches[0].swell
+    assert known.frequency == pytest.approx(1.6, rel=0.05)
+    assert after.chi2_per_dof < 0.5 * before.chi2_per_dof
+    first = _rounds(after, [], Pace())
+    assert [a.effect.name for a in first.solution.structure.actives] == ["actuator_lag"]
+    assert first.solution.structure.values(first.solution.p, 0)["time_constant"] == pytest.approx(
+        0.6, abs=0.15
+    )
+
+
+def test_a_fit_without_waves_stays_as_it_was():
+    assert with_waves_known(clean()) is clean()

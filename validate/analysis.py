@@ -24,16 +24,13 @@ from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.scores import predictions, validation
 from validate.sure import surely
+from validate.swell import in_swell, with_waves_known
 from validate.tables import actuator_tables, prediction_tables
 from validate.unseen import speak_against
 from validate.verdict import diagnose
 from validate.waves import find_waves
 
 Progress = Callable[[str, str, float], None]
-
-
-#: Above this cost per degree of freedom errors are those of another vessel: nothing narrow is looked for in them.
-TOO_FAR_FOR_WAVES = 1000.0
 
 
 def silent(stage: str, text: str, fraction: float) -> None:
@@ -88,7 +85,7 @@ def analyse(
         outcome = surely(outcome)
         after = outcome.fitted if outcome.standing else declared
     near = _nearest(after, outcome)
-    waves = find_waves(near) if loop and near.chi2_per_dof < TOO_FAR_FOR_WAVES else None
+    waves = find_waves(near) if loop else None
     windowed = after
     if _windowed(estimator, optimiser):
         declared, after, outcome = _finished(declared, after, outcome)
@@ -136,7 +133,12 @@ def _identify(
     if not loop:
         return prepared, declared, None
     progress("diagnose", "", 0.0)
-    begin = declared if _windowed(estimator, optimiser) else None
+    begin = None
+    if _windowed(estimator, optimiser):
+        begin = declared = with_waves_known(declared)
+        prepared = replace(
+            prepared, identify=in_swell(prepared.identify, declared.problem.stretches[0].swell)
+        )
     outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome

@@ -71,7 +71,8 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
     if len(used) < 2 or len(omega) < 12:
         return None
     p, first = fitted.solution.p, fitted.solution.first
-    residuals = moments(problem, structure, p, first).residuals
+    seen = moments(problem, structure, p, first)
+    residuals = seen.raw if any(s.swell for s in problem.stretches) else seen.residuals
     drives = {
         j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
     }

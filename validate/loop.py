@@ -31,6 +31,7 @@ from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import step_tolerance
 from validate.scan import WORTH, best_value, gain_and_value
+from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -173,7 +174,7 @@ def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) 
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return fitted
         pace(f"taken: {taken.label}")
-        fitted = in_likeliest_form(settled(taken.fitted))
+        fitted = with_waves_known(in_likeliest_form(settled(taken.fitted)))
     return fitted
 
 

@@ -90,7 +90,7 @@ def _other_problem(fitted: Fitted, stretches: Sequence[Stretch]) -> Problem | No
 
 
 def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
-    """The stretch with the noise levels that were found on the others."""
+    """The stretch with the noise levels, and the waves, that were found on the others."""
     own = stretch.samples
     kind, sigma = (
         np.concatenate([getattr(s.samples, c) for s in problem.stretches]) for c in ("kind", "sigma")
@@ -98,4 +98,5 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     factor = np.ones(4)
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
-    return replace(stretch, samples=replace(own, sigma=own.sigma * factor[own.kind]))
+    samples = replace(own, sigma=own.sigma * factor[own.kind])
+    return replace(stretch, samples=samples, swell=problem.stretches[0].swell)

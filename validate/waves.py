@@ -9,6 +9,7 @@ manoeuvre has them, coherent with it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -25,6 +26,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: A peak counts where chance would give it in fewer than this share of campaigns. It is far below the false alarms that
 #: are meant (0.002), because real spectra are not quite the smooth lines that the reckoning takes them for.
 FALSE_ALARM = 1e-6
+#: ... and in fewer than this where waves were seen before, and the others' weights are those of errors without them.
+SEEN_BEFORE = 2e-3
 #: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
 SHARP = 0.03
 #: Least cycles of a wave in a window.
@@ -33,6 +36,8 @@ LEAST_CYCLES = 3.0
 LEAST_RATIO = 2.0
 #: Waves lie within this share of their frequency to either side.
 BAND = 0.18
+#: No band is taken to be narrower than this share of its frequency.
+NARROWEST = 0.03
 #: The spectrum around a peak is taken over this factor in frequency to either side.
 AROUND = 2.5
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
@@ -40,6 +45,8 @@ COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
 CHANNELS = ("u", "v", "r")
+#: Above this cost per degree of freedom nothing is made of a band.
+TOO_FAR = 1000.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
 
@@ -58,6 +65,10 @@ class Waves:
     share : mapping of str to float
         Per channel: part of the mean squared error of u, v, r over windows (prediction less smoothed measurement)
         that lies in the peak.
+    spread : float
+        Standard deviation of the band, rad/s.
+    motion : mapping of str to float
+        Per channel: root mean square of the velocity in the band, m/s or rad/s.
     """
 
     frequency: float
@@ -66,6 +77,8 @@ class Waves:
     stderrs: Mapping[str, float]
     p_value: float
     share: Mapping[str, float]
+    spread: float
+    motion: Mapping[str, float]
 
     def fitted_effect(self) -> FittedEffect:
         """The effect ``waves`` as the report has it."""
@@ -112,17 +125,19 @@ def find_waves(fitted: Fitted) -> Waves | None:
         None where there is no such band, or the data cannot show one (fewer than two windows, too short windows).
     """
     spectra = spectra_of(fitted)
-    if spectra is None:
+    if spectra is None or fitted.chi2_per_dof > TOO_FAR:
         return None
     power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
     around = [_around(spectra, p) for p in power.T]
     p_values = np.column_stack([_chance(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
     tried = int(np.isfinite(p_values).sum())
     chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
-    while chance.min() < FALSE_ALARM:
+    seen = any(s.swell for s in fitted.problem.stretches)
+    least = SEEN_BEFORE if seen else FALSE_ALARM
+    while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = _measured(fitted, spectra, place, float(chance[place, channel]))
-        stands = _stands(spectra, place, channel, tried) and not _goes_with(spectra, place, channel)
+        stands = _stands(spectra, place, channel, tried, least) and not _goes_with(spectra, place, channel)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
         chance[_core(spectra, spectra.omega[place])] = 1.0
@@ -164,7 +179,7 @@ def _around(spectra: Spectra, power: FloatArray) -> _Around:
     return _Around(spectra.omega, np.where(known[:, None], line, np.nan), freedom)
 
 
-def _stands(spectra: Spectra, place: int, channel: int, tried: int) -> bool:
+def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float) -> bool:
     """Whether a peak stands in the windows where the vessel does not turn as fast, counted by how alike they are.
 
     A sensor's slow wander in the earth's axes is a peak at the rate of turn in the vessel's; and where a few windows
@@ -181,7 +196,7 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int) -> bool:
     n = TAPERS * np.sum(loud) ** 2 / np.sum(loud**2)
     ratio = rows[:, place].mean() / around.level[place]
     p = stats.f.sf(ratio, 2.0 * n, around.freedom[place] * n / len(rows))
-    return bool(tried * p < FALSE_ALARM)
+    return bool(tried * p < least)
 
 
 def _material(found: Waves, spectra: Spectra, around: _Around, place: int, channel: int) -> bool:
@@ -226,11 +241,24 @@ def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> W
     )
     amplitude, stderr = _amplitudes(_within(spectra, excess, core), doubt)
     share = _shares(spectra, place, core)
+    motion, width = _motion(spectra, place, core, centre)
     names = [(c, k) for k, c in enumerate(CHANNELS) if c in fitted.solution.structure.model.predicts]
     return Waves(
         centre, spread, {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names},
-        p_value, {c: float(share[k]) for c, k in names},
+        p_value, {c: float(share[k]) for c, k in names}, width, {c: float(motion[k]) for c, k in names},
     )  # fmt: skip
+
+
+def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tuple[FloatArray, float]:
+    """Root mean square (3,) of the velocities in a peak's band, and the band's standard deviation, rad/s."""
+    power = np.mean(np.abs(spectra.rate) ** 2, axis=0) / spectra.omega[:, None] ** 2
+    level = np.column_stack([_around(spectra, p).across(place) for p in power.T])
+    excess = power - np.nan_to_num(level)
+    weight = np.maximum(excess[core] @ (1.0 / np.maximum(level[place], 1e-300)), 0.0)
+    wide = float(weight @ (spectra.omega[core] - centre) ** 2 / max(weight.sum(), 1e-300))
+    narrow = wide - 2.0 * spectra.spacing**2  # what the tapers widen a line by
+    spread = math.sqrt(max(narrow, (NARROWEST * centre) ** 2))
+    return np.sqrt(np.maximum(_within(spectra, excess, core), 0.0)), spread
 
 
 def _by_window(power: FloatArray) -> FloatArray:
