@@ -32,6 +32,12 @@ SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 FOLLOWS = 0.5
 #: A search stops where its next step promises less than this of the rows; sooner in windows that longer ones follow.
 ENOUGH, ROUGHLY = 1e-4, 1e-3
+#: A rough search takes so many steps under each weights.
+BRIEF = (8, 12)
+#: ... in one of so many windows, each parameter still seen by so many rows.
+THIN, SEEN_BY = 3, 400
+#: Far from the noise no step is worth taking that promises less than this share of the cost.
+SLIGHT = 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
 PATIENCE = 4
 #: Ridge of a regression that a second search begins with, where the first ran away in long windows.
@@ -73,11 +79,7 @@ class Fitted:
         """Squared errors over the white noise of the sensors, per degree of freedom; infinite where it ran away."""
         if not np.isfinite(self.solution.cost):
             return math.inf
-        total = 0.0
-        for w, residual in zip(self.problem.windows, self.solution.moments.residuals, strict=True):
-            kind = self.problem.stretches[w.stretch].samples.kind[w.samples]
-            total += float(np.sum(residual**2 * (self.problem.inflation[kind] ** 2)[:, None]))
-        return total / self.degrees_of_freedom
+        return chi2_of(self.problem, self.solution) / self.degrees_of_freedom
 
     @property
     def runs_away(self) -> bool:
@@ -88,6 +90,14 @@ class Fitted:
     def is_far(self) -> bool:
         """Whether it is far from the noise, or runs away: then what predicts its own logs best is taken."""
         return not self.chi2_per_dof < FAR or self.runs_away
+
+
+def chi2_of(problem: Problem, found: Solution | Settled) -> float:
+    """Squared errors over the white noise of the sensors."""
+    total = 0.0
+    for w, residual in zip(problem.windows, found.moments.residuals, strict=True):
+        total += float(np.sum(residual**2 * (problem.inflation[problem.kinds(w)] ** 2)[:, None]))
+    return total
 
 
 def window_length(length: float) -> float:
@@ -131,6 +141,20 @@ def fit_from_scratch(
     return _straight(found, rounds)
 
 
+def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> FloatArray:
+    """Parameters (np,) near the best in short windows, some of them, from a regression with the effects of ``p``."""
+    p = start_by_regression(structure, p, stretches)
+    problem, begun = _begin(structure, stretches, p, length)
+    every = max(1, min(THIN, problem.rows // (SEEN_BY * len(p))))
+    some = replace(problem, windows=problem.windows[::every])
+    here: Settled | Solution = settled(some, structure, begun.p)
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    for budget in BRIEF:
+        some = calibrated(some, here)
+        here = solve(some, structure, here.p, here.first, prior, budget=budget, tolerance=SLIGHT * some.rows)
+    return here.p
+
+
 def _straight(fitted: Fitted, rounds: int) -> Fitted:
     """The fit in windows short enough that predictions answer to what was rounded away along straight lines."""
     while fitted.problem.length > SHORTEST and bent(fitted.problem) > 1.0:
@@ -164,9 +188,11 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
             break
         begun = here
         problem, first = calibrated_anew(longer, begun), begun.first
+        latest: Settled | Solution = begun
         for _ in range(PATIENCE):
-            tolerance = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
-            solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
+            enough = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
+            tolerance = max(enough, far_off(problem, latest))
+            latest = solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
             problem, p, first = calibrated_anew(problem, solution), solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break
@@ -177,26 +203,30 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
     """The fit at its best under weights that its own errors give, found anew so many times."""
     problem, prior, solution = fitted.problem, fitted.prior, fitted.solution
     for _ in range(rounds + 1):
-        found = Fitted(problem, prior, solution)
-        solution = solve(
-            problem, solution.structure, solution.p, solution.first, prior, anchor=first_states(problem),
-            tolerance=0.05 if found.chi2_per_dof < FAR else 1e-3 * solution.cost, budget=20,
-        )  # fmt: skip
+        solution = _gone_on(problem, solution, prior)
         problem = calibrated_anew(problem, solution)
     if problem.unlogged is not None and problem.unlogged.rounded is not None:
         bare = calibrated(replace(problem, unlogged=None), solution)
-        unaware = solve(
-            bare, solution.structure, solution.p, solution.first, prior, anchor=first_states(bare), budget=20
-        )
+        unaware = _gone_on(bare, solution, prior)
         again = calibrated_anew(bare, unaware)
         if again.unlogged is None or again.unlogged.rounded is None:
             problem, solution = again, unaware  # a fit that knows of no rounding leaves none of it
     if problem.unlogged is not None:
-        anchor = first_states(problem)
-        solution = solve(
-            problem, solution.structure, solution.p, solution.first, prior, anchor=anchor, budget=20
-        )
+        solution = _gone_on(problem, solution, prior)
     return Fitted(problem, prior, solution)
+
+
+def _gone_on(problem: Problem, solution: Solution, prior: Prior) -> Solution:
+    """A search gone on with under other weights."""
+    return solve(
+        problem, solution.structure, solution.p, solution.first, prior, anchor=first_states(problem),
+        tolerance=max(0.05, far_off(problem, solution)), budget=20,
+    )  # fmt: skip
+
+
+def far_off(problem: Problem, found: Solution | Settled) -> float:
+    """The least gain in cost that is worth a step far from the noise; nothing near it."""
+    return SLIGHT * problem.rows if chi2_of(problem, found) > FAR * problem.rows else 0.0
 
 
 def _lengths(length: float) -> list[float]:

@@ -14,8 +14,8 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import Fitted, fit_from_scratch
 from identify.prepare import prepare
 from identify.windows import first_states
-from validate.loop import _rounds
 from validate.pace import Pace
+from validate.rounds import rounds
 from validate.swell import with_waves_known
 from validate.waves import find_waves
 
@@ -114,7 +114,7 @@ def test_waves_that_are_known_leave_a_lag_to_be_seen():
     known = after.problem.stretches[0].swell
     assert known.frequency == pytest.approx(1.6, rel=0.05)
     assert after.chi2_per_dof < 0.5 * before.chi2_per_dof
-    first = _rounds(after, [], Pace())
+    first = rounds(after, [], Pace())
     assert [a.effect.name for a in first.solution.structure.actives] == ["actuator_lag"]
     assert first.solution.structure.values(first.solution.p, 0)["time_constant"] == pytest.approx(
         0.6, abs=0.15

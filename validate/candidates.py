@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.base_fit import SEEN_BY, THIN, Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.output_error import Prior, prior_for, reduce
@@ -18,10 +18,6 @@ from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-
-
-#: A first look, and far from the noise a race, takes one in so many windows, each parameter still seen by so many rows.
-THIN, ENOUGH = 3, 400
 
 
 @dataclass(frozen=True)
@@ -90,7 +86,7 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
 def thinned(fitted: Fitted) -> Fitted:
     """The same fit on some of its windows, enough of them to know the parameters."""
     problem, solution = fitted.problem, fitted.solution
-    every = max(1, min(THIN, problem.rows // (ENOUGH * len(solution.p))))
+    every = max(1, min(THIN, problem.rows // (SEEN_BY * len(solution.p))))
     some = slice(None, None, every)
     part = of_windows(fitted, some)
     return replace(part, problem=replace(problem, windows=problem.windows[some]))

@@ -9,8 +9,9 @@ import numpy as np
 
 from identify.base_fit import FAR, Fitted, fit_from_scratch
 from identify.noise import dispersed_cost
-from validate.judgement import INDISTINCT, effects_alone, under
+from validate.judgement import INDISTINCT, effects_alone
 from validate.look_alikes import Standing
+from validate.refits import under
 
 
 def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:

@@ -12,12 +12,12 @@ from identify import kernel
 from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
-from identify.settled import settled
 from identify.structure import Structure
-from identify.windows import Problem, first_states
+from identify.windows import first_states
 from validate.candidates import Screened
+from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import CONVERGES, raced, step_tolerance, target_gap
+from validate.refits import CONVERGES, raced, step_tolerance, target_gap, under
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -64,18 +64,6 @@ class Judged:
         return self.screened.active.label
 
 
-def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
-    """The same structure fitted under another problem's weights, and windows where those differ, from where it was."""
-    s = fitted.solution
-    alike = len(s.first) == len(problem.windows)
-    first = s.first if alike else settled(problem, s.structure, s.p).first
-    anchor, tolerance = first_states(problem), step_tolerance(fitted)
-    solution = solve(
-        problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
-    )
-    return replace(fitted, problem=problem, solution=solution)
-
-
 def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
     """The effects' parameters of ``p``, all coefficients zero."""
     return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
@@ -94,7 +82,7 @@ def judge(
     Returns the fit without them under the same weights, and the judged finalists.
     """
     pace = pace or Pace()
-    refitted = raced(base, finalists, pace)
+    refitted = _in_their_logs(base, raced(base, finalists, pace))
     if not refitted:
         return base, []
     if base.chi2_per_dof > CONVERGES:
@@ -115,6 +103,17 @@ def judge(
     ]
     judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
+
+
+def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
+    """The refits, best first; of an effect in some logs the best one is in those that the measurements want."""
+    found, seen = [], set()
+    for screened, fit in refitted:
+        name = screened.active.effect.name
+        promises = fit.solution.total < base.solution.total - INDISTINCT and name not in seen
+        found.append((screened, in_likeliest_logs(fit, INDISTINCT) if promises else fit))
+        seen.add(name)
+    return sorted(found, key=lambda x: x[1].solution.total)
 
 
 def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:

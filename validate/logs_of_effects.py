@@ -15,6 +15,7 @@ from identify.effects.water_and_air import SHALLOW_WATER
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.judgement import INDISTINCT
+from validate.log_groups import in_logs
 from validate.look_alikes import Standing
 from validate.loop import Outcome
 from validate.other_logs import on_other_logs
@@ -46,7 +47,7 @@ def _as_it_says(fitted: Fitted, index: int, name: str, stretches: Sequence[Stret
     logs = active.variant.options.get("logs")
     if not isinstance(logs, tuple) or (active.effect is SHALLOW_WATER and _depth_known(fitted, name)):
         return fitted
-    other = _with_logs(fitted, index, {name} ^ set(logs))
+    other = in_logs(fitted, index, {name} ^ set(logs))
     here, there = (on_other_logs(f, stretches) for f in (fitted, other))
     if there is None:
         return fitted
@@ -58,16 +59,3 @@ def _depth_known(fitted: Fitted, name: str) -> bool:
     """Whether a log's depth was declared."""
     setting = fitted.solution.structure.setting
     return any(n == name and d is not None for n, d in zip(setting.logs, setting.depths, strict=False))
-
-
-def _with_logs(fitted: Fitted, index: int, logs: set[str]) -> Fitted:
-    """The same values with an effect in other logs."""
-    solution = fitted.solution
-    actives = list(solution.structure.actives)
-    variant = actives[index].variant
-    named = tuple(n for n in solution.structure.setting.logs if n in logs)
-    options = {**variant.options, "logs": named}
-    actives[index] = replace(actives[index], variant=replace(variant, options=options))
-    return replace(
-        fitted, solution=replace(solution, structure=replace(solution.structure, actives=tuple(actives)))
-    )

@@ -13,8 +13,8 @@ from identify.output_error import solve
 from identify.structure import Structure
 from identify.windows import first_states
 from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
-from validate.judgement import INDISTINCT, effects_alone, significance, under
-from validate.refits import step_tolerance
+from validate.judgement import INDISTINCT, effects_alone, significance
+from validate.refits import step_tolerance, under
 from validate.scan import between_log_and_hull
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

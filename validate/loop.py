@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.base_fit import (
     FAR,
-    FOLLOWS,
     LONG,
     NEAR,
     Fitted,
     fit_from_scratch,
-    free_running_misfit,
     window_length,
 )
 from identify.drive import drive
@@ -24,44 +21,26 @@ from identify.prepare import Prepared
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import cut, first_states
-from validate.candidates import Screened, candidates, screen
-from validate.exchange import as_good_as_declared, better_rival, in_likeliest_form
-from validate.judgement import INDISTINCT, Judged, effects_alone, judge, least_gain, under, worthwhile
+from validate.candidates import candidates
+from validate.exchange import as_good_as_declared, better_rival
+from validate.judgement import INDISTINCT, effects_alone, least_gain
 from validate.look_alikes import Standing, dropped, loss_without, standing
-from validate.pace import ANOTHER, LAST, Pace
-from validate.refits import step_tolerance
-from validate.scan import WORTH, best_value, gain_and_value
-from validate.swell import with_waves_known
+from validate.pace import Pace
+from validate.refits import step_tolerance, under
+from validate.rounds import Turn, rounds, settled
+from validate.scan import best_value
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Candidates that are refitted in each round.
-FINALISTS = 8
-#: No campaign lacks more than this many effects that can be found.
-MOST_EFFECTS = 4
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
 #: So many times an effect that was taken may be exchanged for a rival.
 EXCHANGES = 3
 #: An effect whose loss would cost less than this may make up for another's wrong value.
 DOUBTFUL = 100.0
-#: At so many inputs one effect is looked at through the accelerations.
-MOST_INPUTS = 6
-#: ... and so many are tried where these do not tell them apart.
-UNDECIDED = 2
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
 ROUGH = 10.0
-
-
-@dataclass(frozen=True)
-class Turn:
-    """One round: the fit without, all screened candidates, those that were refitted, and what was taken."""
-
-    base: Fitted
-    screened: tuple[Screened, ...]
-    judged: tuple[Judged, ...]
-    taken: Judged | None
 
 
 @dataclass(frozen=True)
@@ -93,7 +72,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         pace(f"taken: {wiring.active.label}")
     turns: list[Turn] = []
     if declared is not None and not wiring and declared.chi2_per_dof < FAR:
-        fine = _rounds(declared, turns, pace)
+        fine = rounds(declared, turns, pace)
     else:
         pace("a first rough fit")
         fine = _lengthened(structure, prepared.identify, turns, pace)
@@ -106,7 +85,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = _pruned(_rounds(_pruned(settled(rival), pace), turns, pace), pace)
+        fine = _pruned(rounds(_pruned(settled(rival), pace), turns, pace), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
@@ -117,10 +96,10 @@ def _lengthened(
     """Rounds over short windows, then over ever longer ones: what runs away in long ones may show in short ones."""
     longest = window_length(structure.vessel.length)
     length = longest * ROUGH / LONG
-    fitted = _rounds(fit_from_scratch(structure, stretches, length=length), turns, pace, enough=FAR)
+    fitted = rounds(fit_from_scratch(structure, stretches, length=length), turns, pace, enough=FAR)
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         length = min(2.0 * length, longest)
-        fitted = _rounds(refined(fitted, length), turns, pace, enough=0.0 if length == longest else FAR)
+        fitted = rounds(refined(fitted, length), turns, pace, enough=0.0 if length == longest else FAR)
     return fitted
 
 
@@ -157,77 +136,6 @@ def refined(fitted: Fitted, length: float) -> Fitted:
             budget=20, tolerance=tolerance,
         )  # fmt: skip
     return Fitted(problem, fitted.prior, solution)
-
-
-def _rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
-    """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
-    while fitted.chi2_per_dof > enough:
-        actives = candidates(fitted.solution.structure)
-        pace.expect(1 + FINALISTS, ANOTHER + LAST)
-        pace(f"a look at {len(actives)} causes")
-        screened = screen(fitted, actives)
-        finalists = _finalists(fitted, screened)
-        pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
-        base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
-        taken = next((j for j in judged if j.evidence > 0 and worthwhile(base, j.fitted)), None)
-        turns.append(Turn(base, tuple(screened), tuple(judged), taken))
-        if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
-            return fitted
-        pace(f"taken: {taken.label}")
-        fitted = with_waves_known(in_likeliest_form(settled(taken.fitted)))
-    return fitted
-
-
-def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
-    """The most promising; where a first order tells little, the best of every effect and form."""
-    if not _astray(fitted):
-        return [s for s in screened[:FINALISTS] if s.gain > 8.0]
-    forms: dict[tuple[str, str], list[Screened]] = {}
-    for candidate in screened:
-        forms.setdefault(_form(candidate), []).append(candidate)
-    return [s for alike in forms.values() for s in _likely(fitted, alike)]
-
-
-def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
-    """Of one effect at several inputs that which the accelerations want most; where they do not tell, the first two."""
-    if len(alike) == 1:
-        return alike
-    structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    gains = [
-        max(0.0, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0])
-        for s in alike[:MOST_INPUTS]
-    ]
-    return [s for s, gain in zip(alike, gains, strict=False) if gain >= max(gains) - WORTH][:UNDECIDED]
-
-
-def _astray(fitted: Fitted) -> bool:
-    """Whether a fit is far from the noise, or off it and unable to follow its own logs: in a wrong valley."""
-    chi2 = fitted.chi2_per_dof
-    return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
-
-
-def _form(candidate: Screened) -> tuple[str, str]:
-    """Effect and form, whichever the input or the logs."""
-    options = {k: v for k, v in candidate.active.variant.options.items() if k != "logs"}
-    return candidate.active.effect.name, str(options)
-
-
-def settled(fitted: Fitted) -> Fitted:
-    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
-    structure = fitted.solution.structure
-    here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
-    p = effects_alone(structure, here.solution.p)
-    rounds = 0 if here.chi2_per_dof < NEAR else 2
-    anew = fit_from_scratch(
-        structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
-    )
-    long = anew.problem.length >= here.problem.length
-    if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:
-        return anew
-    there = under(here.problem, anew, 20)
-    if not there.solution.total < here.solution.total:
-        return here
-    return under(recalibrated(there.problem, there.solution), there)
 
 
 def _pruned(fitted: Fitted, pace: Pace) -> Fitted:

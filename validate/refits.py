@@ -9,12 +9,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from identify.base_fit import FAR, SHORT, Fitted, fit_from_scratch
+from identify.base_fit import FAR, SHORT, Fitted, roughly
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
 from identify.settled import settled
 from identify.structure import Structure
-from identify.windows import first_states
+from identify.windows import Problem, first_states
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.pace import Pace
@@ -64,7 +64,7 @@ def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tupl
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
     length = min(SHORT, problem.length)
-    p = fit_from_scratch(structure, problem.stretches, value, length=length, rounds=0).solution.p
+    p = roughly(structure, problem.stretches, value, length)
     return p, settled(problem, structure, p).first
 
 
@@ -140,3 +140,15 @@ def _whole(base: Fitted, part: Fitted) -> Fitted:
 def target_gap(base: Fitted, best: Fitted) -> float:
     """What the best candidate gains, and a little more."""
     return base.solution.total - best.solution.total + 50.0
+
+
+def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
+    """The same structure fitted under another problem's weights, and windows where those differ, from where it was."""
+    s = fitted.solution
+    alike = len(s.first) == len(problem.windows)
+    first = s.first if alike else settled(problem, s.structure, s.p).first
+    anchor, tolerance = first_states(problem), step_tolerance(fitted)
+    solution = solve(
+        problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
+    )
+    return replace(fitted, problem=problem, solution=solution)

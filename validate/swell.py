@@ -13,8 +13,9 @@ from identify.noise import calibrated_anew
 from identify.stretch import Stretch
 from identify.swell import Swell
 from identify.windows import cut
-from validate.judgement import under
-from validate.waves import LEAST_CYCLES, Waves, find_waves
+from validate.peaks import LEAST_CYCLES
+from validate.refits import under
+from validate.waves import Waves, find_waves
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 3

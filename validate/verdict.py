@@ -10,9 +10,10 @@ from identify.report_fit import covariance_of, fitted_effect
 from validate.advice import advice_for
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
-from validate.loop import Outcome, Turn
+from validate.loop import Outcome
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.residual_tests import residual_tests
+from validate.rounds import Turn
 from validate.structure_left import cross_validated, structured_share
 from validate.waves import Waves
 

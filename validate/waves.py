@@ -14,11 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special, stats
+from scipy import stats
 
 from identify.base_fit import Fitted
 from identify.fit import Estimated, FittedEffect
 from validate.error_spectra import TAPERS, Spectra, spectra_of
+from validate.peaks import AROUND, Around, around_of, chance_of, core_of
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -30,16 +31,8 @@ FALSE_ALARM = 1e-6
 SEEN_BEFORE = 2e-3
 #: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
 SHARP = 0.03
-#: Least cycles of a wave in a window.
-LEAST_CYCLES = 3.0
-#: A peak stands at least so far above the power around it.
-LEAST_RATIO = 2.0
-#: Waves lie within this share of their frequency to either side.
-BAND = 0.18
 #: No band is taken to be narrower than this share of its frequency.
 NARROWEST = 0.03
-#: The spectrum around a peak is taken over this factor in frequency to either side.
-AROUND = 2.5
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
@@ -89,28 +82,6 @@ class Waves:
         return FittedEffect("waves", None, tuple(parameters), {})
 
 
-@dataclass(frozen=True)
-class _Around:
-    """The smooth spectrum around each frequency (f,).
-
-    A line (f, 2) of slope and level in double logarithms, and how many degrees of freedom (f,) it is known with.
-    """
-
-    omega: FloatArray
-    line: FloatArray
-    freedom: FloatArray
-
-    @property
-    def level(self) -> FloatArray:
-        """At each frequency itself (f,)."""
-        return np.asarray(np.exp(self.line[:, 0]), dtype=float)
-
-    def across(self, place: int) -> FloatArray:
-        """The line around one frequency, at all of them (f,)."""
-        level, slope = self.line[place]
-        return np.asarray(np.exp(level + slope * np.log(self.omega / self.omega[place])), dtype=float)
-
-
 def find_waves(fitted: Fitted) -> Waves | None:
     """Find a narrow band in the windows' errors that stands out and goes with nothing that the vessel did.
 
@@ -128,10 +99,11 @@ def find_waves(fitted: Fitted) -> Waves | None:
     if spectra is None or fitted.chi2_per_dof > TOO_FAR:
         return None
     power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
-    around = [_around(spectra, p) for p in power.T]
-    p_values = np.column_stack([_chance(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
+    around = [around_of(spectra, p) for p in power.T]
+    p_values = np.column_stack([chance_of(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
     tried = int(np.isfinite(p_values).sum())
     chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
+    chance[_resonant(fitted, spectra)] = 1.0
     seen = any(s.swell for s in fitted.problem.stretches)
     least = SEEN_BEFORE if seen else FALSE_ALARM
     while chance.min() < least:
@@ -140,43 +112,16 @@ def find_waves(fitted: Fitted) -> Waves | None:
         stands = _stands(spectra, place, channel, tried, least) and not _goes_with(spectra, place, channel)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
-        chance[_core(spectra, spectra.omega[place])] = 1.0
+        chance[core_of(spectra, spectra.omega[place])] = 1.0
     return None
 
 
-def _chance(spectra: Spectra, power: FloatArray, around: _Around) -> FloatArray:
-    """Probability (f,) of a peak as high by chance; NaN where no peak is looked for, 1 where too low to matter."""
-    ratio = power / around.level
-    p = stats.f.sf(ratio, 2 * len(spectra.rate), np.maximum(around.freedom, 1e-3))
-    slow = spectra.omega < 0.999 * 2.0 * spectra.spacing * LEAST_CYCLES
-    judged = np.where(ratio > LEAST_RATIO, p, 1.0)
-    return np.asarray(np.where(slow | ~np.isfinite(ratio), np.nan, judged), dtype=float)
-
-
-def _core(spectra: Spectra, omega: float | FloatArray) -> BoolArray:
-    """Which frequencies (…, f) may hold part of a peak at ``omega`` (…): its band, widened by the tapers."""
-    half = np.maximum(BAND * np.asarray(omega), 1.01 * spectra.spacing) + 0.5 * (TAPERS + 1) * spectra.spacing
-    away = np.abs(spectra.omega - np.asarray(omega)[..., None])
-    return np.asarray(away <= half[..., None], dtype=bool)
-
-
-def _around(spectra: Spectra, power: FloatArray) -> _Around:
-    """Local straight line (double logarithmic) through the spectrum outside the core of each frequency."""
-    n, x = len(spectra.rate), np.log(spectra.omega)
-    good = np.isfinite(power) & (power > 0)
-    y = np.log(np.where(good, power, 1.0)) - special.digamma(n) + np.log(n)
-    weight = ((np.abs(x - x[:, None]) < np.log(AROUND)) & ~_core(spectra, spectra.omega) & good).astype(float)
-    design = np.stack([np.ones_like(weight), x - x[:, None]], axis=-1)
-    gram = np.einsum("fg,fgi,fgj->fij", weight, design, design) + 1e-9 * np.eye(2)
-    inverse = np.linalg.inv(gram)
-    line = np.einsum("fij,fgj,fg,g->fi", inverse, design, weight, y)
-    misfit = weight * (y - np.einsum("fgi,fi->fg", design, line)) ** 2
-    count = np.maximum(weight.sum(axis=1) - 2.0, 1.0)
-    # neighbours within the tapers' width are one; a spectrum that is not a line counts as less well known
-    scatter = np.maximum(misfit.sum(axis=1) / count, special.polygamma(1, n))
-    freedom = 2.0 / (scatter * 2 * (TAPERS + 1) * inverse[:, 0, 0])
-    known = good & (weight.sum(axis=1) >= 4)
-    return _Around(spectra.omega, np.where(known[:, None], line, np.nan), freedom)
+def _resonant(fitted: Fitted, spectra: Spectra) -> BoolArray:
+    """Frequencies (f,) at which an effect of the fit swings by itself: what excites it by chance there is no wave."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    own = [structure.values(p, k) for k, a in enumerate(structure.actives) if a.effect.fixed_terms]
+    near = [core_of(spectra, values["frequency"]) for values in own]
+    return np.asarray(np.any([np.zeros(len(spectra.omega), dtype=bool), *near], axis=0), dtype=bool)
 
 
 def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float) -> bool:
@@ -189,9 +134,9 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float
     if slow.sum() < 2 * TAPERS:
         return False
     rows = np.abs(spectra.rate[slow, :, channel]) ** 2
-    around = _around(spectra, rows.mean(axis=0))
+    around = around_of(spectra, rows.mean(axis=0))
     beside = np.abs(np.log(spectra.omega / spectra.omega[place])) < np.log(AROUND)
-    beside &= ~_core(spectra, spectra.omega[place])
+    beside &= ~core_of(spectra, spectra.omega[place])
     loud = _by_window(rows[:, beside] / around.across(place)[beside]).mean(axis=1)
     n = TAPERS * np.sum(loud) ** 2 / np.sum(loud**2)
     ratio = rows[:, place].mean() / around.level[place]
@@ -199,7 +144,7 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float
     return bool(tried * p < least)
 
 
-def _material(found: Waves, spectra: Spectra, around: _Around, place: int, channel: int) -> bool:
+def _material(found: Waves, spectra: Spectra, around: Around, place: int, channel: int) -> bool:
     """Whether the band is narrow, and the waves stand above the noise of an average over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
     sharp = found.frequency_stderr < SHARP * found.frequency
@@ -222,15 +167,15 @@ def _has_line(spectra: Spectra, place: int) -> bool:
     near = slice(max(place - 1, 0), place + 2)
     for k in range(spectra.done.shape[2]):
         power = np.mean(np.abs(spectra.done[:, :, k]) ** 2, axis=0)
-        if np.nanmin(_chance(spectra, power, _around(spectra, power))[near], initial=1.0) < COHERENT:
+        if np.nanmin(chance_of(spectra, power, around_of(spectra, power))[near], initial=1.0) < COHERENT:
             return True
     return False
 
 
 def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Waves:
     """Frequency, amplitudes and shares of a peak: what its band holds above the spectrum around it."""
-    core = _core(spectra, spectra.omega[place])
-    around = [_around(spectra, p) for p in np.mean(np.abs(spectra.force) ** 2, axis=0).T]
+    core = core_of(spectra, spectra.omega[place])
+    around = [around_of(spectra, p) for p in np.mean(np.abs(spectra.force) ** 2, axis=0).T]
     level = np.column_stack([a.across(place) for a in around])
     # as the sensors show it: there the tapers widen the peak to both sides alike
     shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order
@@ -252,7 +197,7 @@ def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> W
 def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tuple[FloatArray, float]:
     """Root mean square (3,) of the velocities in a peak's band, and the band's standard deviation, rad/s."""
     power = np.mean(np.abs(spectra.rate) ** 2, axis=0) / spectra.omega[:, None] ** 2
-    level = np.column_stack([_around(spectra, p).across(place) for p in power.T])
+    level = np.column_stack([around_of(spectra, p).across(place) for p in power.T])
     excess = power - np.nan_to_num(level)
     weight = np.maximum(excess[core] @ (1.0 / np.maximum(level[place], 1e-300)), 0.0)
     wide = float(weight @ (spectra.omega[core] - centre) ** 2 / max(weight.sum(), 1e-300))
@@ -293,6 +238,6 @@ def _centroid(spectra: Spectra, excess: FloatArray, core: BoolArray) -> tuple[fl
 def _shares(spectra: Spectra, place: int, core: BoolArray) -> FloatArray:
     """Part (3,) of the mean squared error of the velocities that the peak holds."""
     power = np.mean(np.abs(spectra.errors) ** 2, axis=0)
-    level = np.column_stack([_around(spectra, p).across(place) for p in power.T])
+    level = np.column_stack([around_of(spectra, p).across(place) for p in power.T])
     share = _within(spectra, power - np.nan_to_num(level), core) / np.maximum(spectra.mean_square, 1e-300)
     return np.clip(share, 0.0, 1.0)

@@ -1,0 +1,59 @@
+"""In which of its own logs a fit's effect on some logs is: any of them may have been loaded, or over a shoal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from identify.base_fit import Fitted
+from identify.effect import Active
+from identify.effects.water_and_air import SHALLOW_WATER
+from identify.structure import Structure
+from validate.refits import under
+
+
+def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
+    """The fit with its last effect in those of its logs in which the measurements clearly want it.
+
+    Candidates are the later logs, or one alone; from the best of these one log after the other is let in, or out, as
+    long as that lowers the cost by more than ``clearly``. Effects that are in all logs, or where depths were declared,
+    stay as they are.
+    """
+    structure = fitted.solution.structure
+    if not structure.actives or not free_in_logs(structure.actives[-1], structure):
+        return fitted
+    names = sorted({s.name for s in fitted.problem.stretches})
+    while True:
+        others = [
+            under(fitted.problem, in_logs(fitted, -1, logs), 20)
+            for name in names
+            if 0 < len((logs := _logs(fitted) ^ {name}) & set(names)) < len(names)
+        ]
+        best = min(others, key=lambda f: f.solution.total, default=fitted)
+        if not best.solution.total < fitted.solution.total - clearly:
+            return fitted
+        fitted = best
+
+
+def free_in_logs(active: Active, structure: Structure) -> bool:
+    """Whether an effect is in some logs, and nothing that was declared says in which."""
+    if not isinstance(active.variant.options.get("logs"), tuple):
+        return False
+    return active.effect is not SHALLOW_WATER or all(d is None for d in structure.setting.depths)
+
+
+def in_logs(fitted: Fitted, index: int, logs: set[str]) -> Fitted:
+    """The same values with an effect in other logs."""
+    solution = fitted.solution
+    actives = list(solution.structure.actives)
+    variant = actives[index].variant
+    named = tuple(n for n in solution.structure.setting.logs if n in logs)
+    actives[index] = replace(
+        actives[index], variant=replace(variant, options={**variant.options, "logs": named})
+    )
+    structure = replace(solution.structure, actives=tuple(actives))
+    return replace(fitted, solution=replace(solution, structure=structure))
+
+
+def _logs(fitted: Fitted) -> set[str]:
+    logs = fitted.solution.structure.actives[-1].variant.options["logs"]
+    return set(logs) if isinstance(logs, tuple) else set()

@@ -1,0 +1,142 @@
+"""Rounds of the loop: look at every cause, take one, or two that only together explain, until none is left to take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit
+from identify.noise import recalibrated
+from validate.candidates import Screened, candidates, screen
+from validate.exchange import in_likeliest_form
+from validate.judgement import Judged, at_bound, effects_alone, judge, worthwhile
+from validate.pace import ANOTHER, LAST, Pace
+from validate.refits import under
+from validate.scan import WORTH, gain_and_value
+from validate.swell import with_waves_known
+
+#: Candidates that are refitted in each round.
+FINALISTS = 8
+#: No campaign lacks more than this many effects that can be found.
+MOST_EFFECTS = 4
+#: At so many inputs one effect is looked at through the accelerations.
+MOST_INPUTS = 6
+#: ... and so many are tried where these do not tell them apart.
+UNDECIDED = 2
+#: So many of the nearest are looked at as one of two that are missing, those that leave no more than this share of the
+#: squared errors.
+FIRST_OF_PAIRS, PROMISING = 2, 0.8
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One round: the fit without, all screened candidates, those that were refitted, and what was taken."""
+
+    base: Fitted
+    screened: tuple[Screened, ...]
+    judged: tuple[Judged, ...]
+    taken: Judged | None
+
+
+def rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
+    """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
+    while fitted.chi2_per_dof > enough:
+        turn = _turn(fitted, pace)
+        new = [turn] if turn.taken else _in_pairs(turn, pace)
+        turns += new
+        taken = new[-1].taken
+        if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
+            return fitted
+        pace(f"taken: {taken.label}")
+        fitted = _after(taken)
+    return fitted
+
+
+def _turn(fitted: Fitted, pace: Pace) -> Turn:
+    """One round: every candidate looked at, the most promising refitted and judged, one taken or none."""
+    actives = candidates(fitted.solution.structure)
+    pace.expect(1 + FINALISTS, ANOTHER + LAST)
+    pace(f"a look at {len(actives)} causes")
+    screened = screen(fitted, actives)
+    finalists = _finalists(fitted, screened)
+    pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
+    base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
+    taken = next((j for j in judged if j.evidence > 0 and worthwhile(base, j.fitted)), None)
+    return Turn(base, tuple(screened), tuple(judged), taken)
+
+
+def _after(taken: Judged) -> Fitted:
+    """The fit with an effect that was taken, at its best."""
+    return with_waves_known(in_likeliest_form(settled(taken.fitted)))
+
+
+def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
+    """Far from the noise, two rounds that together come near it where neither effect does alone; else the one round.
+
+    Where two effects are missing, each refit alone bends everything to make up for the other.
+    """
+    if turn.base.chi2_per_dof < FAR or len(turn.base.solution.structure.actives) + 2 > MOST_EFFECTS:
+        return [turn]
+    nearest = sorted(turn.judged, key=lambda j: j.fitted.chi2_per_dof)[:FIRST_OF_PAIRS]
+    for one in nearest:
+        if at_bound(one.fitted) or one.fitted.chi2_per_dof > PROMISING * turn.base.chi2_per_dof:
+            continue
+        pace(f"with {one.label}, another")
+        other = _turn(settled(one.fitted), pace)
+        near = [j for j in other.judged if j.fitted.chi2_per_dof < FAR and not at_bound(j.fitted)]
+        if near:
+            second = min(near, key=lambda j: j.fitted.chi2_per_dof)
+            return [replace(turn, taken=one), replace(other, taken=second)]
+    return [turn]
+
+
+def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
+    """The most promising; where a first order tells little, the best of every effect and form."""
+    if not _astray(fitted):
+        return [s for s in screened[:FINALISTS] if s.gain > 8.0]
+    forms: dict[tuple[str, str], list[Screened]] = {}
+    for candidate in screened:
+        forms.setdefault(_form(candidate), []).append(candidate)
+    return [s for alike in forms.values() for s in _likely(fitted, alike)]
+
+
+def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
+    """Of one effect at several inputs that which the accelerations want most; where they do not tell, the first two."""
+    if len(alike) == 1:
+        return alike
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    gains = [
+        max(0.0, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0])
+        for s in alike[:MOST_INPUTS]
+    ]
+    return [s for s, gain in zip(alike, gains, strict=False) if gain >= max(gains) - WORTH][:UNDECIDED]
+
+
+def _astray(fitted: Fitted) -> bool:
+    """Whether a fit is far from the noise, or off it and unable to follow its own logs: in a wrong valley."""
+    chi2 = fitted.chi2_per_dof
+    return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
+
+
+def _form(candidate: Screened) -> tuple[str, str]:
+    """Effect and form, whichever the input or the logs."""
+    options = {k: v for k, v in candidate.active.variant.options.items() if k != "logs"}
+    return candidate.active.effect.name, str(options)
+
+
+def settled(fitted: Fitted) -> Fitted:
+    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
+    structure = fitted.solution.structure
+    here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
+    p = effects_alone(structure, here.solution.p)
+    rounds = 0 if here.chi2_per_dof < NEAR else 2
+    anew = fit_from_scratch(
+        structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
+    )
+    long = anew.problem.length >= here.problem.length
+    if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:
+        return anew
+    there = under(here.problem, anew, 20)
+    if not there.solution.total < here.solution.total:
+        return here
+    return under(recalibrated(there.problem, there.solution), there)
