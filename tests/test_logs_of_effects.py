@@ -14,6 +14,8 @@ from identify.effects.sensors import MASS_CHANGE
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate.exchange import in_likeliest_form
+from validate.judgement import INDISTINCT
+from validate.log_groups import in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing
 from validate.loop import Outcome
@@ -26,6 +28,16 @@ def loaded_in(*logs):
     effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": logs})
     _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, (effect,), validate=2)
     return prepare(trials, "modulus")
+
+
+def test_a_load_is_found_in_any_of_the_logs():
+    """Runs are loaded and light by turns as often as in order."""
+    effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": (1, 3)})
+    _, trials = trials_of("usv", (*MANOEUVRES, "random"), 60.0, 4, (effect,))
+    found = in_likeliest_logs(fitted_with(prepare(trials, "modulus"), 1, 2, 3).fitted, INDISTINCT)
+    active = found.solution.structure.actives[0]
+    assert active.variant.options["logs"] == tuple(found.solution.structure.setting.logs[k] for k in (1, 3))
+    assert found.solution.structure.values(found.solution.p, 0)["ratio"] == pytest.approx(1.3, abs=0.03)
 
 
 def fitted_with(prepared, *logs, **form):

@@ -8,8 +8,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
+from identify.disturbance import with_disturbances
 from identify.effect import Active
-from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING
+from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, WIND_UNSEEN
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.structure import null_parameters
@@ -51,3 +52,32 @@ def test_damping_that_a_linear_model_lacks_is_sure_beside_coefficients_of_every_
     structure = prepared.structure.with_effect(Active(QUADRATIC_DAMPING))
     fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=1)
     assert evidence(fitted, dropped(fitted, 0), covariance_of(fitted), 0) > 1000.0
+
+
+def test_a_wind_is_sure_whose_speed_alone_is_not():
+    """Its speed is known no better than its coefficients are; that it is no resistance is beyond doubt."""
+    wind = {
+        "cx": 2.5e-4,
+        "cy": 3.6e-4,
+        "cn": 3.7e-4,
+        "speed": 4.9,
+        "direction": 5.51,
+        "gust": 0.03,
+        "veer": 0.02,
+    }
+    _, trials = trials_of(
+        "tanker", ("random", "zigzag", "pull_out", "circle"), 150.0, 5, (Effect("wind", wind),)
+    )
+    prepared = prepare(trials, "blanke")
+    structure = prepared.structure.with_effect(Active(WIND_UNSEEN))
+    p = null_parameters(structure)
+    p[[k for k, s in enumerate(structure.slots) if s.name in ("north", "east")]] = -3.5, 3.5
+    fitted = with_disturbances(fit_from_scratch(structure, prepared.identify, p, rounds=1))
+    covariance = covariance_of(fitted)
+    flow = [k for k, s in enumerate(structure.slots) if s.name in ("north", "east")]
+    away = fitted.solution.p[flow]
+    wald = away @ np.linalg.solve(covariance[np.ix_(flow, flow)], away)
+    said = evidence(fitted, dropped(fitted, 0), covariance, 0)
+    print(wald, said, fitted.solution.p[flow])
+    assert wald < 30.0
+    assert said > 300.0
