@@ -11,6 +11,7 @@ import numpy as np
 
 from identify.chain import spreads
 from identify.disturbed import Disturbed
+from identify.first_states import first_states
 from identify.left_out import Refit
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
@@ -20,7 +21,7 @@ from identify.settled import Settled, settled
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.unlogged import bent
-from identify.windows import Problem, cut, first_states
+from identify.windows import Problem, cut
 from ingest.errors import NotIdentifiable
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

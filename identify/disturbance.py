@@ -16,10 +16,11 @@ from scipy.optimize import minimize
 from identify.base_fit import Fitted
 from identify.disturbed import PUSHED, STANDS, Disturbed, Sizes, blocks_in, roots_of, sized, unit_answers
 from identify.drive import drive
+from identify.first_states import begun, state_precision
 from identify.kernel import NX
 from identify.noise import low_frequency_ratio, size_ratio
 from identify.unlogged import whitening_of
-from identify.windows import Problem, Window, begun, moments, state_precision, tangents_of
+from identify.windows import Problem, Window, moments, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

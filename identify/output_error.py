@@ -13,9 +13,10 @@ from enum import Enum
 
 import numpy as np
 
+from identify.first_states import state_precision
 from identify.kernel import NX
 from identify.structure import Structure
-from identify.windows import Moments, Problem, moments, state_precision
+from identify.windows import Moments, Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]

@@ -8,6 +8,7 @@ import numpy as np
 
 from identify.base_fit import Fitted
 from identify.effect import Active
+from identify.first_states import state_precision
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.kernel import NX, POSITION
 from identify.misfit import misfit_scale
@@ -19,7 +20,7 @@ from identify.slot import Slot
 from identify.structure import Structure
 from identify.term import unit_of
 from identify.wander import Reduction, moved_by_wander
-from identify.windows import Problem, moments, state_precision
+from identify.windows import Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

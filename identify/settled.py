@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.first_states import first_states, state_precision
 from identify.output_error import reduce
 from identify.structure import Structure
-from identify.windows import Moments, Problem, first_states, moments, state_precision
+from identify.windows import Moments, Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]

@@ -13,11 +13,12 @@ from identify.base_fit import fit_from_scratch, over_whole_logs
 from identify.disturbance import with_disturbances
 from identify.disturbed import blocks_in, unit_answers
 from identify.drive import drive
+from identify.first_states import first_states
 from identify.output_error import solve
 from identify.predict import run
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
-from identify.windows import first_states, moments
+from identify.windows import moments
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
 

@@ -18,6 +18,7 @@ from identify.choose_model import choose_model
 from identify.drive import drive
 from identify.effect import Active
 from identify.effects import CURRENT
+from identify.first_states import first_states
 from identify.fit_with import fit_with
 from identify.output_error import Stopped, reduce, solve
 from identify.prediction_fit import fit_declared
@@ -27,7 +28,7 @@ from identify.report_fit import covariance_of, fitted_effect, make_fit
 from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters
 from identify.term import Term
-from identify.windows import cut, first_states, moments
+from identify.windows import cut, moments
 from ingest.errors import NotIdentifiable
 
 MANOEUVRES = ("zigzag", "random", "zigzag10")

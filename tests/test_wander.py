@@ -10,6 +10,7 @@ from identification_samples import trials_of
 from scipy.signal import lfilter
 
 from identify.base_fit import Fitted, window_length
+from identify.first_states import first_states
 from identify.kernel import POSITION
 from identify.noise import calibrated
 from identify.output_error import solve
@@ -17,7 +18,7 @@ from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.wander import Reduction, moved_by_wander
-from identify.windows import cut, first_states
+from identify.windows import cut
 
 TIME = 15.0
 

@@ -12,12 +12,12 @@ from identification_samples import trials_of
 from fixtures.effects import Effect, World, wave_series
 from fixtures.sensors import Sensor, Suite
 from identify.base_fit import Fitted, fit_from_scratch
+from identify.first_states import first_states
 from identify.prepare import prepare
-from identify.windows import first_states
 from validate.pace import Pace
 from validate.rounds import rounds
 from validate.swell import with_waves_known
-from validate.waves import find_waves
+from validate.waves import as_effect, find_waves
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -82,16 +82,16 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
     effect = Effect("waves", {"frequency": frequency, "u": 0.7 * size, "v": size, "r": 0.4 * size})
     waves = find_waves(fitted(vessel, [effect], seed))
     assert waves is not None
-    assert waves.p_value < 1e-4
+    assert waves.seen.p_value < 1e-4
     assert waves.frequency == pytest.approx(frequency, rel=0.03)
     truth = realised(effect, seed)
     for channel in "uvr":
-        assert waves.amplitudes[channel] == pytest.approx(
-            truth[channel], abs=max(0.3 * truth[channel], 3.0 * waves.stderrs[channel])
+        assert waves.seen.amplitudes[channel] == pytest.approx(
+            truth[channel], abs=max(0.3 * truth[channel], 3.0 * waves.seen.stderrs[channel])
         )
-        assert 0.0 < waves.stderrs[channel] < 0.4 * truth[channel]
-        assert 0.2 < waves.share[channel] <= 1.0
-    reported = waves.fitted_effect()
+        assert 0.0 < waves.seen.stderrs[channel] < 0.4 * truth[channel]
+        assert 0.2 < waves.seen.share[channel] <= 1.0
+    reported = as_effect(waves)
     assert (reported.name, reported.input, reported.options) == ("waves", None, {})
     assert {p.name: p.unit for p in reported.parameters} == {
         "frequency": "rad/s", "u": "m/s²", "v": "m/s²", "r": "rad/s²",

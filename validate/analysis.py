@@ -28,7 +28,7 @@ from validate.swell import in_swell, with_waves_known
 from validate.tables import actuator_tables, prediction_tables
 from validate.unseen import speak_against
 from validate.verdict import diagnose
-from validate.waves import find_waves
+from validate.waves import waves_of
 
 Progress = Callable[[str, str, float], None]
 
@@ -85,7 +85,7 @@ def analyse(
         outcome = surely(outcome)
         after = outcome.fitted if outcome.standing else declared
     near = _nearest(after, outcome)
-    waves = find_waves(near) if loop else None
+    waves = waves_of(near) if loop else None
     windowed = after
     if _windowed(estimator, optimiser):
         declared, after, outcome = _finished(declared, after, outcome)
@@ -136,9 +136,7 @@ def _identify(
     begin = None
     if _windowed(estimator, optimiser):
         begin = declared = with_waves_known(declared)
-        prepared = replace(
-            prepared, identify=in_swell(prepared.identify, declared.problem.stretches[0].swell)
-        )
+        prepared = replace(prepared, identify=in_swell(prepared.identify, declared.problem.swell))
     outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome

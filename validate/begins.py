@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from identify.base_fit import Fitted
+from identify.first_states import first_states, state_precision
 from identify.output_error import reduce, solve
 from identify.structure import Structure
-from identify.windows import first_states, moments, state_precision
+from identify.windows import moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

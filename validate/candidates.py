@@ -10,10 +10,11 @@ import numpy as np
 from identify.base_fit import SEEN_BY, THIN, Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
+from identify.first_states import first_states, state_precision
 from identify.output_error import Prior, prior_for, reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure
-from identify.windows import first_states, moments, state_precision
+from identify.windows import moments
 from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -42,7 +42,8 @@ class Spectra:
     would cause them, ``errors`` (n, f, 3) of the velocities as the smoother shows
     them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
     ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations;
-    ``turning`` (n,) how fast the vessel turns over a quarter of the window, at most, rad/s.
+    ``turning`` (n,) how fast the vessel turns over a quarter of the window, at most, rad/s; ``slope`` (3, 3)
+    derivatives of the accelerations u̇, v̇, ṙ by u, v, r, 1/s.
     """
 
     omega: FloatArray
@@ -53,6 +54,7 @@ class Spectra:
     mean_square: FloatArray
     order: FloatArray
     turning: FloatArray
+    slope: FloatArray
 
     @property
     def spacing(self) -> float:
@@ -72,15 +74,18 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
         return None
     p, first = fitted.solution.p, fitted.solution.first
     seen = moments(problem, structure, p, first)
-    residuals = seen.raw if any(s.swell for s in problem.stretches) else seen.residuals
+    residuals = seen.raw if problem.swell else seen.residuals
     drives = {
         j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
     }
     looks = [_look(fitted, k, residuals[k], drives[problem.windows[k].stretch], omega) for k in used]
-    rate, force, errors, done, error, turning = (np.concatenate(part) for part in zip(*looks, strict=True))
+    rate, force, errors, done, error, turning, slope = (
+        np.concatenate(part) for part in zip(*looks, strict=True)
+    )
     moved = np.ptp(np.abs(done), axis=(0, 1)) > 0
     return Spectra(
-        omega, rate, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure), turning
+        omega, rate, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure), turning,
+        slope.mean(axis=0),
     )  # fmt: skip
 
 
@@ -102,8 +107,8 @@ def _interval(fitted: Fitted) -> float:
 
 def _look(
     fitted: Fitted, number: int, residual: FloatArray, d: Drive, omega: FloatArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, FloatArray, FloatArray]:
-    """One window: amplitudes (tapers, f, …) as in ``Spectra``, the velocities' errors (n, 3), and the turning."""
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, FloatArray, FloatArray, FloatArray]:
+    """One window: amplitudes (tapers, f, …) as in ``Spectra``, the velocities' errors (n, 3), turning, slopes."""
     problem, structure = fitted.problem, fitted.solution.structure
     w = problem.windows[number]
     stretch = problem.stretches[w.stretch]
@@ -113,13 +118,14 @@ def _look(
     speed = through_water(stretch.states[part], d.current)[:, 3:6].mean(axis=0)
     velocity = _velocities(_streams(problem, w, residual, omega), speed, structure.vessel.antenna, omega)
     rate = 1j * omega[:, None] * velocity
-    force = rate - velocity @ _jacobian(structure, d, states, w).T
+    jacobian = _jacobian(structure, d, states, w)
+    force = rate - velocity @ jacobian.T
     t = stretch.grid[part]
     turning = np.full(TAPERS, max(abs(float(r.mean())) for r in np.array_split(stretch.states[part, 5], 4)))
     errors, done = (
         _transform(t, x, t[0], t[-1], omega) for x in (error, _deeds(structure, stretch, states, t))
     )
-    return rate, force, errors, done, error, turning
+    return rate, force, errors, done, error, turning, jacobian[None]
 
 
 def _streams(

@@ -10,10 +10,10 @@ from scipy import stats
 
 from identify import kernel
 from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
+from identify.first_states import first_states
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.structure import Structure
-from identify.windows import first_states
 from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace

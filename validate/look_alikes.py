@@ -8,10 +8,10 @@ import numpy as np
 
 from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.effect import Active
+from identify.first_states import first_states
 from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure
-from identify.windows import first_states
 from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
 from validate.judgement import INDISTINCT, effects_alone, significance
 from validate.refits import step_tolerance, under

@@ -15,12 +15,13 @@ from identify.base_fit import (
     window_length,
 )
 from identify.drive import drive
+from identify.first_states import first_states
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.windows import cut, first_states
+from identify.windows import cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, better_rival
 from validate.judgement import INDISTINCT, effects_alone, least_gain

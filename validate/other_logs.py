@@ -10,10 +10,11 @@ from scipy.stats import chi2
 
 from identify.base_fit import FAR, Fitted
 from identify.disturbance import with_disturbances
+from identify.first_states import first_states
 from identify.output_error import Prior, Reduced, Solution, information_of, solve
 from identify.report_fit import covariance_of
 from identify.stretch import Stretch
-from identify.windows import Problem, cut, first_states
+from identify.windows import Problem, cut
 
 #: Other logs speak against a fit's parameters where its own lose what chance takes in this share of cases.
 AGAINST = 1e-3
@@ -99,4 +100,4 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
     samples = replace(own, sigma=own.sigma * factor[own.kind])
-    return replace(stretch, samples=samples, swell=problem.stretches[0].swell)
+    return replace(stretch, samples=samples, swell=problem.swell)

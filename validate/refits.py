@@ -10,11 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 from identify.base_fit import FAR, SHORT, Fitted, roughly
+from identify.first_states import first_states
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
 from identify.settled import settled
 from identify.structure import Structure
-from identify.windows import Problem, first_states
+from identify.windows import Problem
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.pace import Pace

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import NEAR, Fitted
+from identify.base_fit import NEAR, Fitted, fit_states
 from identify.drive import Drive, drive
+from identify.first_states import begun
 from identify.noise import calibrated, smoothness
 from identify.output_error import Prior, information_of, solve
 from identify.predict import run, shown, true_first_state
 from identify.stretch import KIND, Stretch
-from identify.windows import begun, cut
+from identify.windows import cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -29,12 +30,17 @@ def ahead(fitted: Fitted) -> Fitted:
     """The same parameters in windows of ``AHEAD``, from the first states that the smoothed motion gives.
 
     A fit at the noise is taken as it is: its first states are the better known ones. Off the noise they would take in
-    what the model lacks, and shorter windows would not show it.
+    what the model lacks, and shorter windows would not show it. In waves that are known they are fitted all the same:
+    the smoothed motion has the waves' own velocity, which a prediction would sail on with.
     """
     if fitted.chi2_per_dof < NEAR and fitted.problem.length >= AHEAD:
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
     problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
+    if fitted.problem.swell:
+        solution = fit_states(problem, structure, p)
+        if np.isfinite(solution.cost):
+            return Fitted(calibrated(problem, solution), Prior.held(p), solution)
     drives = [drive(structure, p, s) for s in problem.stretches]
     first = np.array(
         [
@@ -75,14 +81,15 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     The standard deviation is that of the fit's logs and of those ``besides``: a log that holds one course and speed has
     hardly any of its own.
 
-    Taken off are the smoother's own variance, what the sampling of the inputs leaves open, and the part of what is
-    left that noise of the sensors can account for, white or wandering: where the errors of the raw measurements are
-    white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left.
+    Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
+    the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
+    measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left.
     """
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    variance = variance + _left_open(fitted, fitted is not seen)
+    variance = variance + _left_open(fitted, fitted is not seen and seen.problem.swell is None)
+    variance = variance + (seen.problem.swell.variance(AHEAD) if seen.problem.swell else 0.0)
     logs = (*fitted.problem.stretches, *besides)
     spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
     size = np.minimum(np.nan_to_num(np.abs(error) / spread, nan=RUN_AWAY), RUN_AWAY)

@@ -12,13 +12,15 @@ from identify.base_fit import FAR, NEAR, Fitted, fit_states, window_length
 from identify.noise import calibrated_anew
 from identify.stretch import Stretch
 from identify.swell import Swell
-from identify.windows import cut
+from identify.windows import Problem, cut
 from validate.peaks import LEAST_CYCLES
 from validate.refits import under
-from validate.waves import Waves, find_waves
+from validate.waves import waves_of
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 3
+#: Shares of a resonance's skirt that are tried.
+SKIRTS = (0.0, 0.03, 0.1, 0.3, 1.0)
 
 
 def with_waves_known(fitted: Fitted) -> Fitted:
@@ -26,14 +28,16 @@ def with_waves_known(fitted: Fitted) -> Fitted:
 
     Where it knew of waves that are not there any more, without these.
     """
-    known = fitted.problem.stretches[0].swell
+    known = fitted.problem.swell
     if known is None and fitted.chi2_per_dof < NEAR:
         return fitted
     seen = _in_long_windows(fitted)
-    swell = swell_of(find_waves(seen), fitted.solution.structure.vessel.antenna)
-    if swell == known or (swell is None and not _would_show(known, seen)):
+    swell = waves_of(seen)
+    if swell is None and not _would_show(known, seen):
         return fitted
-    problem = replace(seen.problem, stretches=in_swell(fitted.problem.stretches, swell))
+    problem = _with_likeliest_skirt(seen, swell)
+    if problem.swell == known:
+        return fitted
     fitted = seen
     for _ in range(ROUNDS):
         fitted = under(problem, fitted, 20)
@@ -58,12 +62,22 @@ def _would_show(known: Swell | None, fitted: Fitted) -> bool:
     return fitted.problem.length * known.frequency > 2.0 * math.pi * (LEAST_CYCLES + 1.0)
 
 
-def swell_of(waves: Waves | None, antenna: tuple[float, float]) -> Swell | None:
-    """What waves are to a fit."""
-    if waves is None:
-        return None
-    motion = tuple(waves.motion.get(c, 0.0) for c in ("u", "v", "r"))
-    return Swell(waves.frequency, waves.spread, (motion[0], motion[1], motion[2]), antenna)
+def _with_likeliest_skirt(fitted: Fitted, swell: Swell | None) -> Problem:
+    """The fit's problem in waves whose band has as much of a skirt as its errors are likeliest with."""
+    problem, stretches = fitted.problem, fitted.problem.stretches
+    some = [in_swell(stretches, swell and replace(swell, skirt=share)) for share in SKIRTS]
+    bare = [replace(problem, stretches=s, inflation=np.ones(4)) for s in some]
+    best = int(np.argmax([_gain(b, fitted) for b in bare])) if swell else 0
+    return replace(problem, stretches=some[best])
+
+
+def _gain(bare: Problem, fitted: Fitted) -> float:
+    """What a fit's errors gain in 2 log likelihood by what a problem leaves open."""
+    white, total = bare.whitening, 0.0
+    for k, (w, raw) in enumerate(zip(bare.windows, fitted.solution.moments.raw, strict=True)):
+        error = raw * fitted.problem.inflation[bare.kinds(w)][:, None]
+        total += white.gain(k, w.stretch, w.samples, error) if white else 0.0
+    return total
 
 
 def in_swell(stretches: Sequence[Stretch], swell: Swell | None) -> tuple[Stretch, ...]:

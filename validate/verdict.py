@@ -7,6 +7,7 @@ import numpy as np
 from identify.base_fit import FAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
+from identify.swell import Swell
 from validate.advice import advice_for
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
@@ -15,15 +16,16 @@ from validate.other_logs import on_other_logs, with_other_logs
 from validate.residual_tests import residual_tests
 from validate.rounds import Turn
 from validate.structure_left import cross_validated, structured_share
-from validate.waves import Waves
+from validate.waves import as_effect
 
 
 def diagnose(
-    prepared: Prepared, outcome: Outcome, after: Fitted, waves: Waves | None, materiality: float
+    prepared: Prepared, outcome: Outcome, after: Fitted, waves: Swell | None, materiality: float
 ) -> Diagnosis:
     """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
-    taken = _taken(outcome) + ((TakenEffect(waves.fitted_effect(), waves.p_value, ()),) if waves else ())
-    share = waves.share if waves else {}
+    seen = waves.seen if waves else None
+    taken = _taken(outcome) + ((TakenEffect(as_effect(waves), seen.p_value, ()),) if waves and seen else ())
+    share = seen.share if seen and not after.problem.swell else {}
     left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t) for t in outcome.turns)

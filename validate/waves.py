@@ -10,18 +10,19 @@ manoeuvre has them, coherent with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 
 from identify.base_fit import Fitted
 from identify.fit import Estimated, FittedEffect
+from identify.swell import Sighting, Swell
 from validate.error_spectra import TAPERS, Spectra, spectra_of
-from validate.peaks import AROUND, Around, around_of, chance_of, core_of
+from validate.peaks import AROUND, BAND, Around, around_of, chance_of, core_of
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A peak counts where chance would give it in fewer than this share of campaigns. It is far below the false alarms that
@@ -43,46 +44,17 @@ TOO_FAR = 1000.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
 
-@dataclass(frozen=True)
-class Waves:
-    """A narrow-band disturbance.
-
-    Attributes
-    ----------
-    frequency, frequency_stderr : float
-        Middle of the band, rad/s, as the vessel meets it.
-    amplitudes, stderrs : mapping of str to float
-        Per channel u, v, r: √2 times the root mean square of the acceleration, m/s² or rad/s².
-    p_value : float
-        Probability of such a peak at any frequency looked at, in any channel, by chance.
-    share : mapping of str to float
-        Per channel: part of the mean squared error of u, v, r over windows (prediction less smoothed measurement)
-        that lies in the peak.
-    spread : float
-        Standard deviation of the band, rad/s.
-    motion : mapping of str to float
-        Per channel: root mean square of the velocity in the band, m/s or rad/s.
-    """
-
-    frequency: float
-    frequency_stderr: float
-    amplitudes: Mapping[str, float]
-    stderrs: Mapping[str, float]
-    p_value: float
-    share: Mapping[str, float]
-    spread: float
-    motion: Mapping[str, float]
-
-    def fitted_effect(self) -> FittedEffect:
-        """The effect ``waves`` as the report has it."""
-        parameters = [Estimated("", "frequency", self.frequency, self.frequency_stderr, "rad/s")]
-        parameters += [
-            Estimated("", c, self.amplitudes[c], self.stderrs[c], _UNITS[c]) for c in self.amplitudes
-        ]
-        return FittedEffect("waves", None, tuple(parameters), {})
+def as_effect(swell: Swell) -> FittedEffect:
+    """The effect ``waves`` as the report has it."""
+    seen = swell.seen
+    if seen is None:
+        return FittedEffect("waves", None, (), {})
+    parameters = [Estimated("", "frequency", swell.frequency, seen.frequency_stderr, "rad/s")]
+    parameters += [Estimated("", c, a, seen.stderrs[c], _UNITS[c]) for c, a in seen.amplitudes.items()]
+    return FittedEffect("waves", None, tuple(parameters), {})
 
 
-def find_waves(fitted: Fitted) -> Waves | None:
+def find_waves(fitted: Fitted) -> Swell | None:
     """Find a narrow band in the windows' errors that stands out and goes with nothing that the vessel did.
 
     Parameters
@@ -92,20 +64,14 @@ def find_waves(fitted: Fitted) -> Waves | None:
 
     Returns
     -------
-    Waves or None
+    Swell or None
         None where there is no such band, or the data cannot show one (fewer than two windows, too short windows).
     """
     spectra = spectra_of(fitted)
     if spectra is None or fitted.chi2_per_dof > TOO_FAR:
         return None
-    power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
-    around = [around_of(spectra, p) for p in power.T]
-    p_values = np.column_stack([chance_of(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
-    tried = int(np.isfinite(p_values).sum())
-    chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
-    chance[_resonant(fitted, spectra)] = 1.0
-    seen = any(s.swell for s in fitted.problem.stretches)
-    least = SEEN_BEFORE if seen else FALSE_ALARM
+    around, chance, tried = _chances(fitted, spectra)
+    least = FALSE_ALARM if fitted.problem.swell is None else SEEN_BEFORE
     while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = _measured(fitted, spectra, place, float(chance[place, channel]))
@@ -114,6 +80,54 @@ def find_waves(fitted: Fitted) -> Waves | None:
             return found
         chance[core_of(spectra, spectra.omega[place])] = 1.0
     return None
+
+
+def waves_of(fitted: Fitted) -> Swell | None:
+    """Waves that a fit's errors show, or that it knows of if these are still to be seen: as they were seen sharpest."""
+    known, found = fitted.problem.swell, find_waves(fitted)
+    if known is None or known.seen is None:
+        return found
+    spectra = spectra_of(fitted)
+    again = _seen_again(fitted, spectra, known) if spectra and fitted.chi2_per_dof < TOO_FAR else None
+    return min(_driven(known, spectra), again, key=_doubt) if spectra and again else found
+
+
+def _driven(swell: Swell, spectra: Spectra) -> Swell:
+    """Waves seen in another fit, by the accelerations that would move the vessel as they do if it answers as now."""
+    seen, motion = swell.seen, np.array(swell.motion)
+    if seen is None:
+        return swell
+    by = 1j * swell.frequency * np.eye(3) - spectra.slope
+    power = np.diag(by @ (seen.together * np.outer(motion, motion)) @ by.conj().T).real
+    now = {c: float(np.sqrt(2.0 * max(power[CHANNELS.index(c)], 0.0))) for c in seen.amplitudes}
+    stderrs = {c: x * min(now[c] / max(seen.amplitudes[c], 1e-12), 1.0) for c, x in seen.stderrs.items()}
+    seen = replace(seen, amplitudes=now, stderrs=stderrs)
+    return replace(swell, damping=_three(-np.diag(spectra.slope) * (motion > 0.0)), seen=seen)
+
+
+def _seen_again(fitted: Fitted, spectra: Spectra, known: Swell) -> Swell | None:
+    """What the errors' highest peak in a band that is known shows; None where there is none."""
+    _, chance, _ = _chances(fitted, spectra)
+    chance[np.abs(spectra.omega - known.frequency) > BAND * known.frequency] = 1.0
+    place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
+    least = float(chance[place, channel])
+    return _measured(fitted, spectra, place, least) if least < SEEN_BEFORE else None
+
+
+def _doubt(swell: Swell) -> float:
+    """Product of the amplitudes' standard errors, in logarithms."""
+    return sum(math.log(max(x, 1e-12)) for x in swell.seen.stderrs.values()) if swell.seen else math.inf
+
+
+def _chances(fitted: Fitted, spectra: Spectra) -> tuple[list[Around], FloatArray, int]:
+    """What is around each channel's peaks, chances (f, 3) of such a peak at any frequency, how many are looked at."""
+    power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
+    around = [around_of(spectra, p) for p in power.T]
+    p_values = np.column_stack([chance_of(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
+    tried = int(np.isfinite(p_values).sum())
+    chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
+    chance[_resonant(fitted, spectra)] = 1.0
+    return around, chance, tried
 
 
 def _resonant(fitted: Fitted, spectra: Spectra) -> BoolArray:
@@ -144,11 +158,12 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float
     return bool(tried * p < least)
 
 
-def _material(found: Waves, spectra: Spectra, around: Around, place: int, channel: int) -> bool:
+def _material(found: Swell, spectra: Spectra, around: Around, place: int, channel: int) -> bool:
     """Whether the band is narrow, and the waves stand above the noise of an average over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
-    sharp = found.frequency_stderr < SHARP * found.frequency
-    return bool(sharp and 0.5 * found.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
+    seen = found.seen
+    sharp = seen is not None and seen.frequency_stderr < SHARP * found.frequency
+    return bool(sharp and seen and 0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
 def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
@@ -172,7 +187,7 @@ def _has_line(spectra: Spectra, place: int) -> bool:
     return False
 
 
-def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Waves:
+def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Swell:
     """Frequency, amplitudes and shares of a peak: what its band holds above the spectrum around it."""
     core = core_of(spectra, spectra.omega[place])
     around = [around_of(spectra, p) for p in np.mean(np.abs(spectra.force) ** 2, axis=0).T]
@@ -188,10 +203,28 @@ def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> W
     share = _shares(spectra, place, core)
     motion, width = _motion(spectra, place, core, centre)
     names = [(c, k) for k, c in enumerate(CHANNELS) if c in fitted.solution.structure.model.predicts]
-    return Waves(
-        centre, spread, {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names},
-        p_value, {c: float(share[k]) for c, k in names}, width, {c: float(motion[k]) for c, k in names},
+    seen = Sighting(
+        spread, {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names}, p_value,
+        {c: float(share[k]) for c, k in names}, _together(spectra, core),
     )  # fmt: skip
+    predicted = np.isin(np.arange(3), [k for _, k in names])
+    return Swell(
+        centre, width, _three(motion * predicted), fitted.solution.structure.vessel.antenna,
+        damping=_three(-np.diag(spectra.slope) * predicted), seen=seen,
+    )  # fmt: skip
+
+
+def _three(values: FloatArray) -> tuple[float, float, float]:
+    u, v, r = (float(x) for x in values)
+    return u, v, r
+
+
+def _together(spectra: Spectra, core: BoolArray) -> ComplexArray:
+    """Coherence (3, 3) of the velocities in a peak's band."""
+    velocity = (spectra.rate / spectra.omega[:, None])[:, core].reshape(-1, 3)
+    cross = velocity.T @ velocity.conj()
+    size = np.sqrt(np.maximum(np.diag(cross).real, 1e-300))
+    return np.asarray(cross / np.outer(size, size), dtype=complex)
 
 
 def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tuple[FloatArray, float]:

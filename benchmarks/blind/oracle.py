@@ -18,6 +18,7 @@ from benchmarks.blind.naming import Entry, deviations, entry_of, sides
 from fixtures.campaign import Run
 from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.effect import Active
+from identify.first_states import first_states
 from identify.noise import calibrated
 from identify.output_error import prior_for, solve
 from identify.prepare import Prepared, prepare
@@ -25,7 +26,7 @@ from identify.regression import coefficient_scales, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
-from identify.windows import cut, first_states
+from identify.windows import cut
 from preprocess.trial import Trial
 from validate.candidates import candidates, screen
 from validate.diagnosis import Validation

@@ -18,13 +18,14 @@ from benchmarks.papers.nomoto import STEP, Ship, Voyage, constants_of, low_passe
 from identify.base_fit import fit_states
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
+from identify.first_states import first_states, state_precision
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, minimise
 from identify.output_error import prior_for, reduce, solve
 from identify.prepare import prepare
 from identify.regression import coefficient_scales
 from identify.structure import Structure, null_parameters
-from identify.windows import cut, first_states, moments, state_precision
+from identify.windows import cut, moments
 from preprocess.trial import Measurement, Trial
 from preprocess.vessel import Input, Vessel
 

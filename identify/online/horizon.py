@@ -13,13 +13,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.first_states import first_states, state_precision
 from identify.kernel import NX
 from identify.noise import calibrated
 from identify.online.knowledge import Estimate, Knowledge, Noise
 from identify.output_error import Prior, Reduced, Solution, Stopped, reduce
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.windows import Moments, Problem, Window, first_states, moments, state_precision
+from identify.windows import Moments, Problem, Window, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from identify.drive import drive
 from identify.effect import Active, Effect, Setting, Variant
+from identify.first_states import state_precision
 from identify.kernel import NX
 from identify.online.horizon import Horizon, problem_of, update
 from identify.online.knowledge import Estimate, Knowledge, Noise
@@ -22,7 +23,7 @@ from identify.predict import run, shown, true_first_state
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.term import Term
-from identify.windows import Problem, moments, state_precision
+from identify.windows import Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -1,0 +1,65 @@
+"""First states of windows: what the smoothed motion gives, how well they are known beside it, and what follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import expm
+
+from identify import kernel
+from identify.drive import Drive
+from identify.regression import through_water
+from identify.stretch import Stretch
+from identify.structure import Structure
+
+if TYPE_CHECKING:
+    from identify.windows import Problem
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Weak knowledge of a window's first state beside its own measurements, 1σ: x, y, psi, u, v, r, e1, e2.
+STATE_PRIOR = np.array([20.0, 20.0, 1.0, 3.0, 3.0, 1.0, 0.5, 0.5])
+
+#: An effect's own states follow from the smoothed motion; they are not free.
+_FOLLOWS = 1e-5
+
+
+def first_states(problem: Problem, current: FloatArray | None = None) -> FloatArray:
+    """First state (windows, 8) of every window from the smoothed states, velocities through the water."""
+    out = np.zeros((len(problem.windows), kernel.NX))
+    for k, w in enumerate(problem.windows):
+        state = problem.stretches[w.stretch].states[w.first : w.first + 1]
+        out[k, :6] = state[0] if current is None else through_water(state, current)[0]
+    return out
+
+
+def state_precision(structure: Structure) -> FloatArray:
+    """Precision (8,) with which a window's first state is known beforehand."""
+    sd = STATE_PRIOR.copy()
+    if structure.has_following_states:
+        sd[6:] = _FOLLOWS
+    return np.asarray(1.0 / sd**2, dtype=float)
+
+
+def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatArray:
+    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion from rest."""
+    own = {(t.dof, t.text): c for t, c in zip(structure.table.terms, d.coefficients, strict=True)}
+    a = np.array([[0.0, 1.0], [own[("e2", "e1")], own[("e2", "e2")]]])
+    block = np.zeros((3, 3))
+    block[:2, :2], block[1, 2] = a, 1.0
+    step = expm(block * stretch.h)
+    force = through_water(stretch.states, d.current)[:, 3] * stretch.states[:, 5]
+    found = kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]))
+    return np.asarray(found, dtype=float)
+
+
+def begun(problem: Problem, structure: Structure, drives: Sequence[Drive], first: FloatArray) -> FloatArray:
+    """First states (w, 8) with those of an effect's own oscillator where the smoothed motion has brought them."""
+    if not structure.has_following_states:
+        return first
+    follow = [following_states(structure, d, s) for d, s in zip(drives, problem.stretches, strict=True)]
+    first = first.copy()
+    first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
+    return first
