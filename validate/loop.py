@@ -28,7 +28,7 @@ from validate.judgement import INDISTINCT, effects_alone, least_gain
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import Pace
 from validate.refits import step_tolerance, under
-from validate.rounds import Turn, rounds, settled
+from validate.rounds import Turn, astray, rounds, settled
 from validate.scan import best_value
 from validate.wiring import Wiring, better_wiring
 
@@ -72,7 +72,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     if wiring:
         pace(f"taken: {wiring.active.label}")
     turns: list[Turn] = []
-    if declared is not None and not wiring and declared.chi2_per_dof < FAR:
+    if declared is not None and not wiring and _tells(declared):
         fine = rounds(declared, turns, pace)
     else:
         pace("a first rough fit")
@@ -89,6 +89,12 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         fine = _pruned(rounds(_pruned(settled(rival), pace), turns, pace), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
+
+
+def _tells(declared: Fitted) -> bool:
+    """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks."""
+    rough = window_length(declared.solution.structure.vessel.length) * ROUGH / LONG
+    return declared.chi2_per_dof < FAR and (declared.problem.length >= rough or not astray(declared))
 
 
 def _lengthened(

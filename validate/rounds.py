@@ -92,7 +92,7 @@ def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
     """The most promising; where a first order tells little, the best of every effect and form."""
-    if not _astray(fitted):
+    if not astray(fitted):
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
     forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
@@ -112,7 +112,7 @@ def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
     return [s for s, gain in zip(alike, gains, strict=False) if gain >= max(gains) - WORTH][:UNDECIDED]
 
 
-def _astray(fitted: Fitted) -> bool:
+def astray(fitted: Fitted) -> bool:
     """Whether a fit is far from the noise, or off it and unable to follow its own logs: in a wrong valley."""
     chi2 = fitted.chi2_per_dof
     return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
