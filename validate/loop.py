@@ -72,7 +72,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     if wiring:
         pace(f"taken: {wiring.active.label}")
     turns: list[Turn] = []
-    if declared is not None and not wiring and _tells(declared):
+    if declared is not None and not wiring and tells(declared):
         fine = rounds(declared, turns, pace)
     else:
         pace("a first rough fit")
@@ -91,7 +91,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     return Outcome(fine, tuple(turns), standing, wiring)
 
 
-def _tells(declared: Fitted) -> bool:
+def tells(declared: Fitted) -> bool:
     """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks."""
     rough = window_length(declared.solution.structure.vessel.length) * ROUGH / LONG
     return declared.chi2_per_dof < FAR and (declared.problem.length >= rough or not astray(declared))

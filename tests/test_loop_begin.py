@@ -1,0 +1,31 @@
+"""A search goes on from the declared fit only where that shows what it lacks."""
+
+from __future__ import annotations
+
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import FAR, SHORT, fit_from_scratch
+from identify.prepare import prepare
+from validate.loop import tells
+
+BLOWN = (
+    Effect("actuator_delay", {"delay": 6.0}, "rudder"),
+    Effect("wind", {"speed": 18.0, "direction": 1.0, "cx": 2e-4, "cy": 6e-4, "cn": 2e-5}),
+)
+
+
+def in_short_windows(effects):
+    ship, trials = trials_of("tanker", ("random", "zigzag", "circle", "random"), 240.0, 5, effects)
+    ready = prepare(trials, ship.model)
+    return fit_from_scratch(ready.structure, ready.identify, length=SHORT)
+
+
+def test_short_windows_near_the_noise_say_nothing_of_a_model_whose_free_runs_are_astray():
+    fitted = in_short_windows(BLOWN)
+    assert fitted.chi2_per_dof < FAR
+    assert not tells(fitted)
+
+
+def test_short_windows_of_a_model_that_follows_its_logs_are_enough():
+    assert tells(in_short_windows(()))
