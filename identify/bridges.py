@@ -29,8 +29,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 HARMONICS = (1, 2, 3, 4)
 #: At most so many shapes of a window count: the largest.
 MOST = 96
-#: Inputs that are logged more often than this hide too little for what it costs, s; nor those logged twice in a step.
-SHORTEST = 0.15
+#: Of inputs that are logged more often than the first, s, one harmonic counts; than the second, none.
+FEW, NONE = 0.15, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
 
@@ -67,7 +67,7 @@ def shapes_of(
     series = [
         part
         for item in structure.inputs
-        if stretch.inputs[item.name].sample_time > max(SHORTEST, 0.5 * stretch.h)
+        if stretch.inputs[item.name].sample_time > NONE
         for part in _series(structure, p, stretch, item.name)
     ]
     if not series:
@@ -111,7 +111,7 @@ def _columns(series: Sequence[_Series], window: IntArray) -> IntArray:
 
 
 def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
-    """Shapes of one input, every harmonic and even and odd changes apart: a step may belong to one of each."""
+    """Shapes of one input, every harmonic apart, and every change from those in the same step."""
     logged = stretch.inputs[name]
     if int(np.sum(logged.good)) < 3:
         return
@@ -121,11 +121,11 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     by_delay = _by_delay(structure, p, stretch, name)
     changes = int(change.max()) + 1
     total = np.array([np.bincount(change, row * part, changes) for row in by_delay])
-    inside = (x > 0.0) & (x < 1.0)
-    for k in HARMONICS:
+    inside, apart = (x > 0.0) & (x < 1.0), math.ceil(stretch.h / logged.sample_time) + 1
+    for k in HARMONICS if logged.sample_time > FEW else HARMONICS[:1]:
         wave = _spread(k, logged.held) * np.sin(k * math.pi * x) * inside
-        for parity in (0, 1):
-            mine = inside & (change % 2 == parity)
+        for turn in range(apart):
+            mine = inside & (change % apart == turn)
             number = np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1)
             yield _Series(number, *straight_lines(total[:, change] * (wave * mine), SUBSTEPS))
 

@@ -66,7 +66,7 @@ def test_rounded_inputs_leave_a_clean_campaign_clean():
     off = [
         np.median([abs(c.value / truth[c.dof, c.term] - 1.0) for c in f.coefficients]) for f in (fit, other)
     ]
-    assert off[0] < 0.5 * off[1]
+    assert off[0] < 0.8 * off[1]
     away = [(c.value - truth[c.dof, c.term]) / c.stderr for c in fit.coefficients]
     assert np.max(np.abs(away)) < 4.0
 

@@ -44,6 +44,19 @@ def test_a_log_at_four_hertz_leaves_a_clean_campaign_clean():
     assert all(c.value / truth[c.dof, c.term] == pytest.approx(1.0, abs=0.15) for c in large)
 
 
+@pytest.mark.parametrize("rate", [10.0, 20.0, 50.0])
+def test_orders_that_come_between_samples_leave_a_clean_campaign_clean(rate):
+    """Orders come 77 times a second; the compass is good enough to show some milliseconds' doubt of each."""
+    suite = Suite(input_rate=rate, helm_rate=77.0)
+    ship, trials = trials_of("catamaran", ("zigzag", "random", "zigzag10"), 80.0, 3, (), suite=suite)
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    bare = replace(fitted.problem, unlogged=None)
+    s = fitted.solution
+    assert 0.9 < fitted.chi2_per_dof < 1.15
+    assert moments(bare, s.structure, s.p, s.first).cost > 1.1 * s.moments.cost
+
+
 def test_a_log_at_every_change_hides_next_to_nothing():
     _, _, fitted = sailed(seldom=False)
     assert fitted.problem.unlogged is None or fitted.problem.unlogged.share < 0.02

@@ -29,15 +29,15 @@ AHEAD = 30.0
 def ahead(fitted: Fitted) -> Fitted:
     """The same parameters in windows of ``AHEAD``, from the first states that the smoothed motion gives.
 
-    A fit at the noise is taken as it is: its first states are the better known ones. Off the noise they would take in
-    what the model lacks, and shorter windows would not show it. In waves that are known they are fitted all the same:
-    the smoothed motion has the waves' own velocity, which a prediction would sail on with.
+    A fit at the noise has its own first states, which are the better known ones, fitted in such windows. Off the noise
+    they would take in what the model lacks. In waves that are known they are fitted all the same: the smoothed motion
+    has the waves' own velocity, which a prediction would sail on with.
     """
     if fitted.chi2_per_dof < NEAR and fitted.problem.length >= AHEAD:
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
     problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
-    if fitted.problem.swell:
+    if _known_better(fitted):
         solution = fit_states(problem, structure, p)
         if np.isfinite(solution.cost):
             return Fitted(calibrated(problem, solution), Prior.held(p), solution)
@@ -53,6 +53,11 @@ def ahead(fitted: Fitted) -> Fitted:
     if not np.isfinite(solution.cost):
         return Fitted(problem, held, solution)
     return Fitted(calibrated(problem, solution), held, solution)
+
+
+def _known_better(fitted: Fitted) -> bool:
+    """Whether fitted first states are better known than those of the smoothed motion."""
+    return fitted.problem.swell is not None or fitted.chi2_per_dof < NEAR
 
 
 def window_errors(
@@ -88,7 +93,7 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    variance = variance + _left_open(fitted, fitted is not seen and seen.problem.swell is None)
+    variance = variance + _left_open(fitted, not _known_better(seen))
     variance = variance + (seen.problem.swell.variance(AHEAD) if seen.problem.swell else 0.0)
     logs = (*fitted.problem.stretches, *besides)
     spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
