@@ -78,11 +78,12 @@ def _label(signal: str, topic: str) -> str:
 
 def _standard(log: Log, declared: Input) -> Source:
     """Return the detected source of this kind (and device)."""
-    key = f"inputs.{declared.name}.signal"
+    key = f"inputs.{declared.name}"
     sensor = Sensor(declared.kind, source=declared.source)
-    found = choose_source(log, declared.kind, sensor) if declared.kind in ("rudder", "propeller") else None
+    standard = declared.kind in ("rudder", "propeller")
+    found = choose_source(log, declared.kind, sensor, key) if standard else None
     if found is None:
-        raise MissingSignal(log.path, key, f"standard message of a {declared.kind}", log.signals)
+        raise MissingSignal(log.path, f"{key}.signal", f"standard message of a {declared.kind}", log.signals)
     return found
 
 

@@ -113,16 +113,26 @@ def numbers(rows: pd.DataFrame, column: Column) -> FloatArray:
     return np.asarray(pd.to_numeric(values, errors="coerce"), dtype=float)
 
 
-def choose_source(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
-    """Return the best detected source of a quantity; of the declared device, where one is declared."""
+def choose_source(log: Log, quantity: str, sensor: Sensor | None, key: str = "") -> Source | None:
+    """Return the best detected source of a quantity; of the declared device, where one is declared.
+
+    A device's number is that of the sender; where none has it, that of an instance that one sender has several of.
+    ``key`` is where a campaign declares it: ``sensors.QUANTITY`` unless it says otherwise.
+
+    Raises
+    ------
+    MissingSignal
+        No device of that number sends it.
+    """
     candidates = [s for s in log.sources if s.quantity == quantity and s.topic in log.tables]
     if sensor is not None and sensor.source is not None:
-        candidates = [s for s in candidates if s.device == sensor.source]
+        every, end = candidates, f"[{sensor.source}]"
+        candidates = [s for s in every if s.device == sensor.source]
+        candidates = candidates or [s for s in every if s.topic.endswith(end)]
         if not candidates:
             known = [s.name for s in log.sources if s.quantity == quantity] or log.signals
-            raise MissingSignal(
-                log.path, f"sensors.{quantity}.source", f"{quantity} of {sensor.source}", known
-            )
+            place = f"{key or f'sensors.{quantity}'}.source"
+            raise MissingSignal(log.path, place, f"{quantity} of {sensor.source}", known)
     return max(candidates, key=lambda s: s.rank, default=None)
 
 

@@ -18,7 +18,7 @@ QUANTITIES = ("position", "heading", "yaw_rate", "velocity", "wind", "depth")
 #: What fields that hold actuators are called.
 INPUT_NAMES = re.compile(
     r"servo\d+_raw$|^RCOU\d?\.C\d+$|actuator_(outputs|motors|servos)|rudder|helm|steer|tiller|throttle|thrust|"
-    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
+    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
     re.IGNORECASE,
 )
 #: Signals that such names hit although they hold none.
@@ -171,8 +171,9 @@ def detected(log: Log, quantity: str, source: Source) -> Candidate:
     prefix = f"{source.topic}." if source.topic else ""
     names = " + ".join(f"{prefix}{f}" for f in source.fields.values())
     ends = range_of(table[next(iter(source.fields.values()))]) if len(source.fields) == 1 else (None, None)
+    rate = rate_of(table.dropna(subset=list(source.fields.values())))
     return Candidate(
-        quantity, names, source.unit, source.device, rate_of(table), *ends, quality=quality_of(source, table)
+        quantity, names, source.unit, source.device, rate, *ends, quality=quality_of(source, table)
     )
 
 
@@ -203,7 +204,7 @@ def input_candidates(log: Log) -> Iterator[Candidate]:
     standard = [s for s in log.sources if s.quantity in ("rudder", "propeller")]
     yield from (detected(log, f"input ({s.quantity})", s) for s in sorted(standard, key=lambda s: -s.rank))
     taken = {(s.topic, field) for s in standard for field in s.fields.values()}
-    named = [c for c in named_inputs(log) if tuple(c.signal.rsplit(".", 1)) not in taken]
+    named = [c for c in named_inputs(log) if ("", *c.signal.rsplit(".", 1))[-2:] not in taken]
     yield from sorted(named, key=lambda c: not c.moves)
 
 

@@ -27,7 +27,10 @@ from ingest.canbus import n2k
 from ingest.canbus.fastpacket import assemble
 from ingest.canbus.frames import Packets
 from ingest.canbus.layout import layout, telling_places
+from ingest.errors import MissingSignal
 from ingest.reader import ReadOptions
+from preprocess.resolve import choose_source
+from preprocess.vessel import Sensor
 
 PGNS = sorted({p.pgn for p in backend.DATABASE.pgns()})
 WIDE_UNSIGNED = {130833}  # the peer reads 64-bit unsigned integers as signed
@@ -223,3 +226,8 @@ def test_devices_and_instances_are_told_apart():
     assert len(log.tables["engineParametersRapidUpdate"]) == 80
     assert log.units["engineParametersRapidUpdate[1]", "speed"] == "rpm"
     assert found["propeller"][0].unit == "rpm"
+    for engine in (0, 1):
+        chosen = choose_source(log, "propeller", Sensor("propeller", source=engine), "inputs.n")
+        assert chosen.topic == f"engineParametersRapidUpdate[{engine}]"
+    with pytest.raises(MissingSignal, match=r"inputs\.n\.source"):
+        choose_source(log, "propeller", Sensor("propeller", source=7), "inputs.n")

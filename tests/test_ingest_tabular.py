@@ -19,7 +19,7 @@ from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
 from ingest.tabular.lines import spans_of
 from ingest.tabular.matlab import MATLAB
-from ingest.tabular.naming import guess_angle_unit, split_unit
+from ingest.tabular.naming import guess_angle_unit, sources_of, split_unit
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
@@ -366,3 +366,12 @@ def test_matlab_damage_raises_nothing_but_value_error(at, junk):
     with contextlib.suppress(ValueError):
         MATLAB.read(Path("x.mat"), memoryview(bytes(raw)), ReadOptions())
     assert 0.0 <= MATLAB.sniff(junk) <= 1.0
+
+
+def test_sides_and_rates_are_offered_where_a_unit_is_stated():
+    table = pd.DataFrame({k: np.linspace(0.0, 1.0, 20) for k in ("rate_deg_s", "left_rpm", "port", "rate")})
+    found = sources_of(table, {})
+    assert {(s.quantity, s.fields["value"]) for s in found} == {
+        ("yaw_rate", "rate_deg_s"),
+        ("propeller", "left_rpm"),
+    }

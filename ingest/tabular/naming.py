@@ -71,13 +71,17 @@ def plain(name: str) -> str:
 
 @dataclass(frozen=True)
 class _Pattern:
-    """Names that say a quantity: one alternative per component, and the unit where the name states none."""
+    """Names that say a quantity: one alternative per component, and the unit where the name states none.
+
+    Names that could be anything else count only where a unit is ``stated``.
+    """
 
     quantity: str
     components: tuple[tuple[str, str], ...]
     unit: str
     rank: float
     options: tuple[tuple[str, object], ...] = ()
+    stated: bool = False
 
 
 _LAT = "lat|latitude|gps_lat|gps_latitude|lat_dd"
@@ -94,6 +98,8 @@ _PROPELLER = (
     r"n|n\d|rpm|rps|(\w+_)?(propeller|prop|shaft|engine|motor|screw|thruster)(_\w+)?|(\w+_)(rpm|rps)|n_\w+"
 )
 
+_SIDE = r"(\w+_)?(port|starboard|stbd|bow|stern|left|right|fore|aft|front|rear)(_\w+)?"
+
 _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("position", (("latitude", _LAT), ("longitude", _LON)), "deg", 50),
     _Pattern("position", (("north", "north|northing|x_north|pos_n|pos_north|position_north|north_pos|x_n"),
@@ -108,6 +114,7 @@ _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("yaw_rate", (("value", _RATE),), "rate", 50),
     _Pattern("yaw_rate", (("value", _GYRO),), "rate", 45),
     _Pattern("yaw_rate", (("value", "rot"),), "rate", 40),
+    _Pattern("yaw_rate", (("value", "rate|turn|turning"),), "rate", 35, stated=True),
     _Pattern("velocity", (("north",
         "vn|v_n|vel_n|v_north|vel_north|velocity_north|north_velocity|vnorth|speed_north"),
                           ("east",
@@ -129,6 +136,7 @@ _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("depth", (("value", "depth|water_depth|depth_below_surface"),), "m", 50),
     _Pattern("rudder", (("value", _RUDDER),), "angle", 50),
     _Pattern("propeller", (("value", _PROPELLER),), "rev", 50),
+    _Pattern("propeller", (("value", _SIDE),), "rev", 35, stated=True),
 )  # fmt: skip
 
 _FITTING: Mapping[str, frozenset[str]] = {
@@ -178,7 +186,7 @@ def _rules(
     for component, expression in pattern.components:
         fits = _FITTING["m/s" if component == "speed" else pattern.unit]
         alternatives = re.compile(f"(?:{expression})$")
-        fitting = (c for c in names if not stated[c] or stated[c] in fits)
+        fitting = (c for c in names if stated[c] in fits or not (stated[c] or pattern.stated))
         columns.append([c for c in fitting if alternatives.match(names[c][0])])
     for chosen in zip(*columns, strict=False):
         yield _rule(pattern, chosen, stated, table, topic)
