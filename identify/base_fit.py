@@ -188,13 +188,14 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
         if not np.isfinite(here.cost):
             break
         begun = here
-        problem, first = calibrated_anew(longer, begun), begun.first
+        problem, first = calibrated_anew(longer, begun, fine=False), begun.first
         latest: Settled | Solution = begun
         for _ in range(PATIENCE):
             enough = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
             tolerance = max(enough, far_off(problem, latest))
             latest = solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
-            problem, p, first = calibrated_anew(problem, solution), solution.p, solution.first
+            problem = calibrated_anew(problem, solution, fine=False)
+            p, first = solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break
     return Fitted(problem, prior, solution or solve(problem, structure, p, begun.first, prior, budget=0))

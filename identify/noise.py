@@ -147,8 +147,11 @@ def calibrated(problem: Problem, solution: Solution | Settled) -> Problem:
     return replace(bare, stretches=stretches, inflation=inflation, dispersion=dispersion)
 
 
-def calibrated_anew(problem: Problem, solution: Solution | Settled) -> Problem:
-    """``calibrated``, and what the inputs hide between their samples as the errors are most likely with."""
+def calibrated_anew(problem: Problem, solution: Solution | Settled, fine: bool = True) -> Problem:
+    """``calibrated``, and what the inputs hide between their samples as the errors are most likely with.
+
+    Unless it is to be ``fine``, inputs that are logged often are taken to hide nothing: a fit that grows needs no more.
+    """
     found = calibrated(replace(problem, unlogged=None), solution)
     if float(found.dispersed.inflation.max()) < SUSPECT:
         return found
@@ -160,7 +163,7 @@ def calibrated_anew(problem: Problem, solution: Solution | Settled) -> Problem:
         e * (problem.inflation[problem.kinds(w)] * ratio[w.stretch][w.samples])[:, None]
         for w, e in zip(problem.windows, solution.moments.raw, strict=True)
     ]
-    known = most_likely(bare, solution.structure, solution.p, raw)
+    known = most_likely(bare, solution.structure, solution.p, raw, fine)
     return found if known is None else calibrated(replace(problem, unlogged=known), solution)
 
 

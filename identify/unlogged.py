@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify import kernel
-from identify.bridges import Shapes, shapes_of
+from identify.bridges import FEW, Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
 from identify.drive import drive
 from identify.regression import through_water
@@ -39,6 +39,8 @@ LEAST = 1e-2
 SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 #: Gain in 2 log likelihood from which a share is believed, and that anything was rounded away.
 BELIEVED = 6.0
+#: What accounts for less of the squared errors is not looked for in inputs that are logged often.
+TENTH = 0.1
 
 
 @dataclass(frozen=True)
@@ -185,19 +187,39 @@ def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) ->
 
 
 def most_likely(
-    problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray]
+    problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray], fine: bool = True
 ) -> Unlogged | None:
     """What errors ``raw`` (m, 2) of each window are likeliest with; None where the inputs hide nothing.
 
-    Positions are left out: their slow errors may as well be the receiver's.
+    Positions are left out: their slow errors may as well be the receiver's. Unless it is to be ``fine``, inputs that
+    are logged often hide nothing; nor do any that could not account for one in ten of the squared errors.
     """
-    most = unlogged(problem, structure, p)
+    often = max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= FEW
+    most = None if often and not fine else unlogged(problem, structure, p)
+    if most is None or (often and not _accounts(problem, most, raw)):
+        most = _nothing(problem, structure, p)
     known, gain = _believed(problem, most, raw)
     rounding = _with_rounding(problem, most)
     if rounding.rounded is not None:
         other, more = _believed(problem, rounding, raw)
         known = other if more > gain + BELIEVED else known
     return known if known.share or known.rounded is not None else None
+
+
+def _nothing(problem: Problem, structure: Structure, p: FloatArray) -> Unlogged:
+    """That inputs hide nothing between their samples."""
+    none = tuple(np.zeros((len(s.samples.t), 2, 0)) for s in problem.stretches)
+    return Unlogged(structure, p, 1.0, problem.windows, none)
+
+
+def _accounts(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> bool:
+    """Whether the answers, with the noise, could account for as much as a tenth of the squared errors."""
+    error = power = 0.0
+    for w, e in zip(problem.windows, raw, strict=True):
+        steady = problem.kinds(w) != kernel.POSITION
+        error += float(np.sum(e[steady] ** 2))
+        power += e[steady].size + float(np.sum(weighted(problem, known.answers, w)[steady] ** 2))
+    return power > TENTH * error
 
 
 def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> tuple[Unlogged, float]:
