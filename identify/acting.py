@@ -181,8 +181,9 @@ def input_clocks(
     """Time on each input's log, s, of what acts when a stretch begins."""
     if values is None:
         values = [structure.values(p, e) for e in range(len(structure.actives))]
-    begin = stretch.start + _lead(structure, p)
-    return {i.name: begin - _delay(structure, values, i.name) for i in structure.inputs}
+    begin, held = stretch.start + _lead(structure, p), _held_lead(structure)
+    late = {n: 0.0 if m.held else held for n, m in stretch.inputs.items()}
+    return {i.name: begin - late[i.name] - _delay(structure, values, i.name) for i in structure.inputs}
 
 
 def lead_slot(structure: Structure) -> int | None:
@@ -193,8 +194,11 @@ def lead_slot(structure: Structure) -> int | None:
 def _lead(structure: Structure, p: FloatArray) -> float:
     """How far the actuators are ahead of the logged inputs, s; the expected lead where it is not a parameter."""
     slot = lead_slot(structure)
-    if slot is not None:
-        return float(p[slot])
+    return _held_lead(structure) if slot is None else float(p[slot])
+
+
+def _held_lead(structure: Structure) -> float:
+    """How far actuators are expected to be ahead of an input that holds, s: by so much more than of one that moves."""
     return structure.input_lead[0] if structure.input_lead is not None else 0.0
 
 

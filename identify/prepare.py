@@ -176,15 +176,16 @@ def _input_lead(trials: Sequence[Trial]) -> tuple[float, float] | None:
 
     Or with stamps that only the order of the records tells.
 
-    A command that holds has changed some time in the interval before it is seen; of a signal that varies all the time
-    it is only unknown how it went between two samples.
+    A command that holds has changed some time in the interval before it is seen: the mean is that of such inputs. Of a
+    signal that varies all the time it is only unknown how it went between two samples.
     """
-    intervals = [(m.sample_time, m.held) for t in trials for m in t.inputs.values()]
-    longest, held = max(intervals, default=(0.0, False))
+    every = [m for t in trials for m in t.inputs.values()]
+    longest = max((m.sample_time for m in every), default=0.0)
+    holding = max((m.sample_time for m in every if m.held), default=0.0)
     unsure = max((m.unsure for t in trials for m in t.inputs.values()), default=0.0)
     if longest <= NEGLIGIBLE and unsure <= NEGLIGIBLE:
         return None
-    return 0.5 * longest * held, float(np.hypot(longest / np.sqrt(12.0), unsure / np.sqrt(3.0)))
+    return 0.5 * holding, float(np.hypot(longest / np.sqrt(12.0), unsure / np.sqrt(3.0)))
 
 
 def _unsure(trials: Sequence[Trial]) -> dict[str, float]:

@@ -10,10 +10,12 @@ import pytest
 from identification_samples import modulus_truth, trials_of
 
 from fixtures.sensors import Suite
+from identify.acting import input_clocks, lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.bridges import MOST, shapes_of
 from identify.prepare import prepare
 from identify.report_fit import make_fit
+from identify.structure import null_parameters
 from identify.unlogged import unlogged
 from identify.windows import moments
 
@@ -97,3 +99,16 @@ def test_what_hides_nothing_whitens_nothing():
     s = fitted.solution
     problem = replace(fitted.problem, unlogged=unlogged(fitted.problem, s.structure, s.p, 1e-12))
     assert not problem.whitening.shrink.any()
+
+
+def test_an_input_that_moves_is_not_late_by_half_an_interval_as_one_that_holds_is():
+    _, prepared, _ = sailed()
+    structure, stretch = prepared.structure, prepared.identify[0]
+    name = next(iter(stretch.inputs))
+    moving = replace(stretch, inputs={**stretch.inputs, name: replace(stretch.inputs[name], held=False)})
+    p = null_parameters(structure)
+    p[lead_slot(structure)] = structure.input_lead[0]
+    clocks = input_clocks(structure, p, moving)
+    other = next(n for n in clocks if n != name)
+    assert clocks[name] == pytest.approx(stretch.start)
+    assert clocks[other] == pytest.approx(stretch.start + 0.5 / SELDOM.input_rate, rel=1e-3)
