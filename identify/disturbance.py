@@ -19,7 +19,7 @@ from identify.drive import drive
 from identify.first_states import begun, state_precision
 from identify.kernel import NX
 from identify.noise import low_frequency_ratio, size_ratio
-from identify.unlogged import whitening_of
+from identify.whitening import whitening_of
 from identify.windows import Problem, Window, moments, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -52,13 +52,16 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
     return min(found, key=_astray)
 
 
-def fit_far_from_noise(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+def fit_far_from_noise(
+    structure: Structure, stretches: tuple[Stretch, ...], quick: Fitted | None = None
+) -> Fitted:
     """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
 
     Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
-    left out best: coefficients that are only bent to what the model lacks do not get far.
+    left out best: coefficients that are only bent to what the model lacks do not get far. ``quick`` is what
+    ``fit_for_prediction`` gave, where it is there already.
     """
-    quick = fit_for_prediction(structure, stretches)
+    quick = quick or fit_for_prediction(structure, stretches)
     with suppress(NotIdentifiable):
         joined = _by_joined_windows(structure, stretches)
         return min(quick, joined, key=_astray)

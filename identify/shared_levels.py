@@ -14,7 +14,8 @@ import numpy as np
 
 from identify.output_error import Solution
 from identify.rounded_inputs import Level, levels_in
-from identify.unlogged import Unlogged, weighted
+from identify.unlogged import Unlogged
+from identify.whitening import weighted
 from identify.windows import Problem, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -26,6 +26,7 @@ from identify.regression import through_water
 from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
 from identify.tangents import Along, padded
+from identify.whitening import LEAST, eigen, weighted
 
 if TYPE_CHECKING:
     from identify.windows import Problem, Window
@@ -33,14 +34,14 @@ if TYPE_CHECKING:
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
-#: Eigenvalues smaller than this change nothing.
-LEAST = 1e-2
 #: Shares of the largest possible variance that are tried.
 SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 #: Gain in 2 log likelihood from which a share is believed, and that anything was rounded away.
 BELIEVED = 6.0
 #: What accounts for less of the squared errors is not looked for in inputs that are logged often.
 TENTH = 0.1
+#: Smallest share that is believed, of inputs that are logged seldom and often: less is a few ms, as a run's own steps.
+SMALLEST = (0.0, 0.03)
 
 
 @dataclass(frozen=True)
@@ -123,69 +124,6 @@ def _bent(problem: Problem, answers: FloatArray, window: Window) -> float:
     return float(np.max(off, initial=0.0)) * 2.0 / 3.0
 
 
-@dataclass(frozen=True)
-class Whitening:
-    """What makes the errors of every window white.
-
-    Per stretch ``basis`` (m, 2, K): each window's own eigenvectors, in its samples' rows; ``shrink`` (w, K): λ/(1+λ),
-    0 where a window has fewer.
-    """
-
-    basis: tuple[FloatArray, ...]
-    shrink: FloatArray
-
-    def whitened(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
-        """Errors (m, 2) of a window, made white: times the square root of the inverse covariance."""
-        return self._less(1.0 - np.sqrt(1.0 - self.shrink[number]), self.basis[stretch][samples], error)
-
-    def whitened_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
-        """Columns (m, 2, k) of a window, made white as ``whitened`` makes its errors."""
-        basis, share = self.basis[stretch][samples], 1.0 - np.sqrt(1.0 - self.shrink[number])
-        along = np.einsum("maj,mak->jk", basis, columns)
-        return np.asarray(columns - np.einsum("maj,jk->mak", basis * share, along), dtype=float)
-
-    def shrunk(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
-        """Errors (m, 2) of a window times the inverse covariance."""
-        return self._less(self.shrink[number], self.basis[stretch][samples], error)
-
-    def shrunk_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
-        """Columns (m, 2, k) of a window times the inverse covariance."""
-        basis = self.basis[stretch][samples]
-        along = np.einsum("maj,mak->jk", basis, columns)
-        return np.asarray(columns - np.einsum("maj,jk->mak", basis * self.shrink[number], along), dtype=float)
-
-    def gain(self, number: int, stretch: int, samples: slice, error: FloatArray) -> float:
-        """What the errors (m, 2) of a window gain in 2 log likelihood by what this leaves open."""
-        shrink = self.shrink[number]
-        along = np.einsum("mak,ma->k", self.basis[stretch][samples], error)
-        return float(np.sum(shrink * along**2 + np.log1p(-shrink)))
-
-    @staticmethod
-    def _less(share: FloatArray, basis: FloatArray, error: FloatArray) -> FloatArray:
-        """Errors less a share (K,) of what they have along the basis."""
-        if not share.any():
-            return error
-        return np.asarray(error - basis @ (share * np.einsum("mak,ma->k", basis, error)), dtype=float)
-
-
-def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
-    """What the errors of all windows are whitened by: per stretch the answers (m, 2, K), in its samples' units."""
-    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
-    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
-    for number, w in enumerate(problem.windows):
-        power, vectors = _eigen(weighted(problem, answers, w), 1.0)
-        shrink[number, : len(power)] = power / (1.0 + power)
-        basis[w.stretch][w.samples, :, : len(power)] = vectors
-    return Whitening(basis, shrink)
-
-
-def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
-    """Answers (m, 2, K) of a window's samples in units of their weight."""
-    sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
-    sigma = sigma * problem.inflation[problem.kinds(window)]
-    return np.asarray(answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
-
-
 def most_likely(
     problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray], fine: bool = True
 ) -> Unlogged | None:
@@ -194,7 +132,7 @@ def most_likely(
     Positions are left out: their slow errors may as well be the receiver's. Unless it is to be ``fine``, inputs that
     are logged often hide nothing; nor do any that could not account for one in ten of the squared errors.
     """
-    often = max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= FEW
+    often = _often(problem)
     most = None if often and not fine else unlogged(problem, structure, p)
     if most is None or (often and not _accounts(problem, most, raw)):
         most = _nothing(problem, structure, p)
@@ -204,6 +142,11 @@ def most_likely(
         other, more = _believed(problem, rounding, raw)
         known = other if more > gain + BELIEVED else known
     return known if known.share or known.rounded is not None else None
+
+
+def _often(problem: Problem) -> bool:
+    """Whether all inputs are logged so often that little is hidden."""
+    return max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= FEW
 
 
 def _nothing(problem: Problem, structure: Structure, p: FloatArray) -> Unlogged:
@@ -226,7 +169,7 @@ def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> t
     """With the share that errors are likeliest with, none where it is not believed, and its 2 log likelihood."""
     gains = _gains(problem, known, raw)
     best = int(np.argmax(gains))
-    best = best if gains[best] > gains[0] + BELIEVED else 0
+    best = best if gains[best] > gains[0] + BELIEVED and SHARES[best] >= SMALLEST[_often(problem)] else 0
     return replace(known, share=SHARES[best]), float(gains[best])
 
 
@@ -239,13 +182,13 @@ def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Floa
         answers, e = weighted(problem, known.answers, w) * steady[:, :, None], error * steady
         beside = np.concatenate([weighted(problem, a, w) for a in sure], axis=2) * steady[:, :, None]
         if beside.shape[2]:
-            power, vectors = _eigen(beside, 1.0)
+            power, vectors = eigen(beside, 1.0)
             gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
             columns = np.concatenate([answers, e[:, :, None]], axis=2)
             less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
             columns = columns - np.einsum("mak,kj->maj", vectors, less)
             answers, e = columns[:, :, :-1], columns[:, :, -1]
-        power, vectors = _eigen(answers, 1.0)
+        power, vectors = eigen(answers, 1.0)
         gains += _gain(np.einsum("mak,ma->k", vectors, e), share * power)
     return gains
 
@@ -253,15 +196,6 @@ def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Floa
 def _gain(along: FloatArray, power: FloatArray) -> FloatArray:
     """What errors (k,) along answers of these powers (..., k) gain in 2 log likelihood."""
     return np.asarray(np.sum(along**2 * power / (1.0 + power) - np.log1p(power), axis=-1), dtype=float)
-
-
-def _eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
-    """Eigenvalues (k,) of the answers' covariance, and its eigenvectors (m, 2, k) in the samples' rows."""
-    flat = answers.reshape(2 * len(answers), answers.shape[2])
-    power, turn = np.linalg.eigh(share * (flat.T @ flat))
-    large = power > LEAST
-    vectors = math.sqrt(share) * flat @ turn[:, large] / np.sqrt(power[large])
-    return power[large], vectors.reshape(*answers.shape[:2], -1)
 
 
 def _of_stretch(

@@ -19,7 +19,8 @@ from identify.structure import Structure
 from identify.swell import Swell, shown_by
 from identify.tangents import Along, padded, run_for
 from identify.threads import abreast
-from identify.unlogged import Unlogged, Whitening, whitening_of
+from identify.unlogged import Unlogged
+from identify.whitening import Whitening, whitening_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -19,7 +19,8 @@ from identify.report_fit import covariance_of, make_fit
 from identify.rounded_inputs import held_levels, levels_in, rounding_of
 from identify.shared_levels import shared_by_windows
 from identify.structure import null_parameters
-from identify.unlogged import bent, weighted
+from identify.unlogged import bent
+from identify.whitening import weighted
 from identify.windows import tangents_of
 from preprocess.rounding import common_step, input_step
 from preprocess.trial import Measurement

@@ -75,7 +75,7 @@ def analyse(
     progress("validate", "", 0.0)
     if _windowed(estimator, optimiser) and _far(declared, outcome):
         progress("validate", "whole logs", 0.05)
-        declared = fit_far_from_noise(prepared.structure, prepared.identify)
+        declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
         progress("validate", "whole logs", 0.4)
         after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
     progress("validate", "unseen logs", 0.7)

@@ -36,13 +36,18 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     if swell is None and not _would_show(known, seen):
         return fitted
     problem = _with_likeliest_skirt(seen, swell)
-    if problem.swell == known:
+    if _band(problem.swell) == _band(known):
         return fitted
     fitted = seen
     for _ in range(ROUNDS):
         fitted = under(problem, fitted, 20)
         problem = calibrated_anew(problem, fitted.solution)
     return under(problem, fitted, 20)
+
+
+def _band(swell: Swell | None) -> tuple[object, ...] | None:
+    """What of waves counts in a fit, but for how soon pushes are forgotten."""
+    return (swell.frequency, swell.spread, swell.motion, swell.skirt) if swell else None
 
 
 def _in_long_windows(fitted: Fitted) -> Fitted:
