@@ -27,8 +27,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Harmonics of a bridge that count; a vessel hardly answers the higher ones.
 HARMONICS = (1, 2, 3, 4)
-#: At most so many shapes of a window count: the largest.
-MOST = 96
+#: At most so many shapes of a window count: the largest; fewer where a log has more than so many numbers to show them.
+MOST, ROOM = 96, 4_000_000
 #: Of inputs that are logged more often than the first, s, one harmonic counts; than the second, none.
 FEW, NONE = 0.15, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
@@ -73,7 +73,8 @@ def shapes_of(
     if not series:
         nothing = np.zeros((stretch.steps, 0, len(structure.table.channels)))
         return Shapes(nothing, nothing)
-    column = _columns(series, _owners(stretch.steps, windows))
+    most = min(MOST, max(1, ROOM // (2 * len(stretch.samples.t))))
+    column = _columns(series, _owners(stretch.steps, windows), most)
     shape = (stretch.steps, int(column.max()) + 1, series[0].mean.shape[1])
     mean, slope = np.zeros(shape), np.zeros(shape)
     for mine, part in zip(column, series, strict=True):
@@ -90,7 +91,7 @@ def _owners(steps: int, windows: Sequence[tuple[int, int]]) -> IntArray:
     return out
 
 
-def _columns(series: Sequence[_Series], window: IntArray) -> IntArray:
+def _columns(series: Sequence[_Series], window: IntArray, most: int) -> IntArray:
     """Column (series, steps) of the shape in each step: its rank in its window by size; -1 where there is none."""
     changes = 1 + max(int(s.number.max()) for s in series)
     room = len(series) * changes
@@ -106,7 +107,7 @@ def _columns(series: Sequence[_Series], window: IntArray) -> IntArray:
     order = np.lexsort((-total, owner))
     rank = np.empty(len(names), dtype=np.int64)
     rank[order] = np.arange(len(names)) - np.searchsorted(owner[order], owner[order])
-    column = np.where((owner >= 0) & (rank < MOST), rank, -1)[which]
+    column = np.where((owner >= 0) & (rank < most), rank, -1)[which]
     return np.asarray(column.reshape(size.shape), dtype=np.int64)
 
 
