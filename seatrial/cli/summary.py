@@ -109,7 +109,9 @@ def finding_line(by_log: Mapping[str, str], shown: Mapping[str, str]) -> str:
         return sentence
     if others and len(by_log) == len(shown) and len(set(by_log.values())) == 1:
         return sentence
-    return f"{shown[name]}: {sentence}" + (f" The like in {others} more." if others else "")
+    return f"{shown[name]}: " + (
+        f"{sentence.rstrip('.')}. The like in {others} more." if others else sentence
+    )
 
 
 def parameter_table(results: Results) -> Table:

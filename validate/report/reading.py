@@ -85,7 +85,7 @@ def kinds(by_log: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
 def alike(by_log: Mapping[str, str]) -> str:
     """Findings of one kind as one sentence."""
     (name, sentence), others = next(iter(by_log.items())), len(by_log) - 1
-    return f"{name}: {sentence} The like in {others} more."
+    return f"{name}: {sentence.rstrip('.')}. The like in {others} more."
 
 
 def manoeuvres(trials: list[Trial]) -> str:
