@@ -146,14 +146,18 @@ def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray,
     """Parameters (np,) near the best in short windows, some of them, from a regression with the effects of ``p``."""
     p = start_by_regression(structure, p, stretches)
     problem, begun = _begin(structure, stretches, p, length)
-    every = max(1, min(THIN, problem.rows // (SEEN_BY * len(p))))
-    some = replace(problem, windows=problem.windows[::every])
+    some = replace(problem, windows=problem.windows[thin(problem, len(p))])
     here: Settled | Solution = settled(some, structure, begun.p)
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
     for budget in BRIEF:
         some = calibrated(some, here)
         here = solve(some, structure, here.p, here.first, prior, budget=budget, tolerance=SLIGHT * some.rows)
     return here.p
+
+
+def thin(problem: Problem, count: int) -> slice:
+    """Some of a problem's windows, enough of them for so many parameters."""
+    return slice(None, None, max(1, min(THIN, problem.rows // (SEEN_BY * count))))
 
 
 def _straight(fitted: Fitted, rounds: int) -> Fitted:

@@ -182,13 +182,13 @@ def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Floa
         answers, e = weighted(problem, known.answers, w) * steady[:, :, None], error * steady
         beside = np.concatenate([weighted(problem, a, w) for a in sure], axis=2) * steady[:, :, None]
         if beside.shape[2]:
-            power, vectors = eigen(beside, 1.0)
+            power, vectors = eigen(beside)
             gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
             columns = np.concatenate([answers, e[:, :, None]], axis=2)
             less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
             columns = columns - np.einsum("mak,kj->maj", vectors, less)
             answers, e = columns[:, :, :-1], columns[:, :, -1]
-        power, vectors = eigen(answers, 1.0)
+        power, vectors = eigen(answers)
         gains += _gain(np.einsum("mak,ma->k", vectors, e), share * power)
     return gains
 

@@ -5,7 +5,6 @@ In units of the sensors' noise the errors' covariance is 1 + G Gᵀ, with what i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -71,7 +70,7 @@ def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
     shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
     basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
     for number, w in enumerate(problem.windows):
-        power, vectors = eigen(weighted(problem, answers, w), 1.0)
+        power, vectors = eigen(weighted(problem, answers, w))
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)
@@ -84,10 +83,10 @@ def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) ->
     return np.asarray(answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
 
 
-def eigen(answers: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
+def eigen(answers: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (k,) of the answers' covariance, and its eigenvectors (m, 2, k) in the samples' rows."""
     flat = answers.reshape(2 * len(answers), answers.shape[2])
-    power, turn = np.linalg.eigh(share * (flat.T @ flat))
+    power, turn = np.linalg.eigh(flat.T @ flat)
     large = power > LEAST
-    vectors = math.sqrt(share) * flat @ turn[:, large] / np.sqrt(power[large])
+    vectors = flat @ turn[:, large] / np.sqrt(power[large])
     return power[large], vectors.reshape(*answers.shape[:2], -1)

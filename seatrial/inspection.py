@@ -18,7 +18,8 @@ QUANTITIES = ("position", "heading", "yaw_rate", "velocity", "wind", "depth")
 #: What fields that hold actuators are called.
 INPUT_NAMES = re.compile(
     r"servo\d+_raw$|^RCOU\d?\.C\d+$|actuator_(outputs|motors|servos)|rudder|helm|steer|tiller|throttle|thrust|"
-    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
+    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|"
+    r"(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
     re.IGNORECASE,
 )
 #: Signals that such names hit although they hold none.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -71,6 +73,13 @@ def _measurement(name, stream, columns, sigma, interval, held=False):
     value = np.column_stack([stream.columns[c] for c in columns])
     value = value[:, 0] if len(columns) == 1 else value
     return Measurement(name, stream.t, value, sigma, stream.good, sample_time=interval, held=held)
+
+
+def with_nothing_between(stretches):
+    """Stretches whose inputs are said to be logged so often that nothing is hidden between two samples."""
+    return tuple(
+        replace(s, inputs={k: replace(m, sample_time=0.01) for k, m in s.inputs.items()}) for s in stretches
+    )
 
 
 def modulus_truth(vessel):

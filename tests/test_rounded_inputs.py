@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from identification_samples import modulus_truth, trials_of
+from identification_samples import modulus_truth, trials_of, with_nothing_between
 
 from identify.base_fit import fit_from_scratch
 from identify.drive import drive
@@ -55,7 +55,7 @@ def blind(stretches, quantum=0.0):
 
 def test_rounded_inputs_leave_a_clean_campaign_clean():
     prepared, found = fitted()
-    unaware = fit_from_scratch(prepared.structure, blind(prepared.identify))
+    unaware = fit_from_scratch(prepared.structure, with_nothing_between(blind(prepared.identify)))
     assert unaware.chi2_per_dof > 1.3
     assert found.problem.unlogged.rounded is not None
     assert 0.9 < found.chi2_per_dof < 1.1
@@ -67,7 +67,7 @@ def test_rounded_inputs_leave_a_clean_campaign_clean():
     off = [
         np.median([abs(c.value / truth[c.dof, c.term] - 1.0) for c in f.coefficients]) for f in (fit, other)
     ]
-    assert off[0] < 0.8 * off[1]
+    assert off[0] < 0.5 * off[1]
     away = [(c.value - truth[c.dof, c.term]) / c.stderr for c in fit.coefficients]
     assert np.max(np.abs(away)) < 4.0
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import SEEN_BY, THIN, Fitted
+from identify.base_fit import Fitted, thin
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
@@ -87,8 +87,7 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
 def thinned(fitted: Fitted) -> Fitted:
     """The same fit on some of its windows, enough of them to know the parameters."""
     problem, solution = fitted.problem, fitted.solution
-    every = max(1, min(THIN, problem.rows // (SEEN_BY * len(solution.p))))
-    some = slice(None, None, every)
+    some = thin(problem, len(solution.p))
     part = of_windows(fitted, some)
     return replace(part, problem=replace(problem, windows=problem.windows[some]))
 

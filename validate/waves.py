@@ -67,9 +67,18 @@ def find_waves(fitted: Fitted) -> Swell | None:
     Swell or None
         None where there is no such band, or the data cannot show one (fewer than two windows, too short windows).
     """
+    spectra = _spectra_near(fitted)
+    return None if spectra is None else _found_in(fitted, spectra)
+
+
+def _spectra_near(fitted: Fitted) -> Spectra | None:
+    """Spectra of the errors; None where they cannot show anything, or are those of another vessel."""
     spectra = spectra_of(fitted)
-    if spectra is None or fitted.chi2_per_dof > TOO_FAR:
-        return None
+    return None if spectra is None or fitted.chi2_per_dof > TOO_FAR else spectra
+
+
+def _found_in(fitted: Fitted, spectra: Spectra) -> Swell | None:
+    """The likeliest narrow band of the errors' spectra that stands and goes with nothing."""
     around, chance, tried = _chances(fitted, spectra)
     least = FALSE_ALARM if fitted.problem.swell is None else SEEN_BEFORE
     while chance.min() < least:
@@ -84,12 +93,11 @@ def find_waves(fitted: Fitted) -> Swell | None:
 
 def waves_of(fitted: Fitted) -> Swell | None:
     """Waves that a fit's errors show, or that it knows of if these are still to be seen: as they were seen sharpest."""
-    known, found = fitted.problem.swell, find_waves(fitted)
-    if known is None or known.seen is None:
-        return found
-    spectra = spectra_of(fitted)
-    again = _seen_again(fitted, spectra, known) if spectra and fitted.chi2_per_dof < TOO_FAR else None
-    return min(_driven(known, spectra), again, key=_doubt) if spectra and again else found
+    known, spectra = fitted.problem.swell, _spectra_near(fitted)
+    if spectra is None:
+        return None
+    again = _seen_again(fitted, spectra, known) if known else None
+    return min(_driven(known, spectra), again, key=_doubt) if known and again else _found_in(fitted, spectra)
 
 
 def _driven(swell: Swell, spectra: Spectra) -> Swell:

@@ -16,7 +16,7 @@ from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Va
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
-from validate.report.reading import OF_ALL, kinds
+from validate.report.reading import OF_ALL, and_others, kinds
 from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
@@ -109,9 +109,7 @@ def finding_line(by_log: Mapping[str, str], shown: Mapping[str, str]) -> str:
         return sentence
     if others and len(by_log) == len(shown) and len(set(by_log.values())) == 1:
         return sentence
-    return f"{shown[name]}: " + (
-        f"{sentence.rstrip('.')}. The like in {others} more." if others else sentence
-    )
+    return f"{shown[name]}: {and_others(sentence, others)}"
 
 
 def parameter_table(results: Results) -> Table:

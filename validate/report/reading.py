@@ -85,7 +85,12 @@ def kinds(by_log: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
 def alike(by_log: Mapping[str, str]) -> str:
     """Findings of one kind as one sentence."""
     (name, sentence), others = next(iter(by_log.items())), len(by_log) - 1
-    return f"{name}: {sentence.rstrip('.')}. The like in {others} more."
+    return f"{name}: {and_others(sentence, others)}"
+
+
+def and_others(sentence: str, others: int) -> str:
+    """A finding, and in how many other logs there is one like it."""
+    return f"{sentence.rstrip('.')}. The like in {others} more." if others else sentence
 
 
 def manoeuvres(trials: list[Trial]) -> str:
