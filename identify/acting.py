@@ -27,7 +27,8 @@ Values = Sequence[dict[str, float]]
 class Share:
     """What inputs that act together put into the channels.
 
-    ``places`` (k,) of those channels; ``fine`` (k, n·SUBSTEPS); ``mean`` and ``slope`` (n, k) of the lines through it.
+    ``places`` (k,) of the channels that they drive; ``fine`` (k, n·SUBSTEPS) of those; ``mean`` and ``slope`` (n, nc)
+    of the lines through it, in all channels.
     """
 
     places: tuple[int, ...]
@@ -99,7 +100,15 @@ def _share(
 ) -> Share:
     places, fine = shares(names, inputs, unit, series)
     fine = fine.reshape(len(places), stretch.steps * SUBSTEPS)
-    return Share(places, fine, *straight_lines(fine, SUBSTEPS))
+    mean, slope = (_among(len(names), places, lines) for lines in straight_lines(fine, SUBSTEPS))
+    return Share(places, fine, mean, slope)
+
+
+def _among(channels: int, places: tuple[int, ...], lines: FloatArray) -> FloatArray:
+    """Columns (n, k) at their places among all channels (n, nc)."""
+    out = np.zeros((len(lines), channels))
+    out[:, list(places)] = lines
+    return out
 
 
 def actuators_of(

@@ -29,11 +29,16 @@ def _switch(series, surge, i, held):
 
 
 @njit(**_COMPILED)
-def _lagging(value, target, time, constant):
-    """Value after some time, and the integrals of the value and of its square with sign."""
+def _kept(time, constant):
+    """What a lag leaves of a distance after some time."""
+    return math.exp(-time / constant) if constant >= 1e-9 else 0.0
+
+
+@njit(**_COMPILED)
+def _lagging(value, target, time, constant, keep):
+    """Value after some time, which ``keep`` is left of, and the integrals of the value and of its square with sign."""
     if constant < 1e-9:
         return target, target * time, target * abs(target) * time
-    keep = math.exp(-time / constant)
     off = value - target
     end = target + off * keep
     total = target * time + off * constant * (1.0 - keep)
@@ -62,11 +67,11 @@ def _moving(value, target, time, rate):
 
 
 @njit(**_COMPILED)
-def _on(value, target, time, limit, at_a_rate):
+def _on(value, target, time, limit, at_a_rate, keep):
     """``_moving`` or ``_lagging``."""
     if at_a_rate:
         return _moving(value, target, time, limit)
-    return _lagging(value, target, time, limit)
+    return _lagging(value, target, time, limit, keep)
 
 
 @njit(**_COMPILED)
@@ -81,10 +86,14 @@ def _followed(series, surge, dt, limit, at_a_rate):
     """The command followed from where it begins: at a limited rate, or with a lag's time constant."""
     out, more = np.empty_like(series), np.empty_like(series)
     value = held = series[0]
+    whole = 0.0 if at_a_rate else _kept(dt, limit)
     for i in range(series.shape[0]):
         share, after = _switch(series, surge, i, held)
-        value, one, square = _on(value, held, share * dt, limit, at_a_rate)
-        value, two, rest = _on(value, after, (1.0 - share) * dt, limit, at_a_rate)
+        one, square, keep = 0.0, 0.0, whole
+        if share > 0.0:
+            early, keep = _kept(share * dt, limit), _kept((1.0 - share) * dt, limit)
+            value, one, square = _on(value, held, share * dt, limit, at_a_rate, early)
+        value, two, rest = _on(value, after, (1.0 - share) * dt, limit, at_a_rate, keep)
         held = after
         out[i] = (one + two) / dt
         more[i] = (square + rest) / dt - out[i] * abs(out[i])

@@ -55,7 +55,7 @@ def rows_of(
     begin, length, samples = places_of(windows)
     tape, width = structure.table.tape, along.current.shape[1]
     rows = np.zeros((len(stretch.samples.t), 2, columns.stop - columns.start))
-    nothing, none = np.zeros((len(rows), 2)), np.zeros((len(rows), 2, 0))
+    nothing, none = np.zeros((len(rows), 2)), np.zeros((2 * len(rows), 0))
     moments_of_windows(
         np.ascontiguousarray(first), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps, along,
         sensing, none, np.zeros((len(begin), 0)), run_for(tape, int(length.max()), width, d.channels.shape[1]),

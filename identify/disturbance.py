@@ -115,11 +115,8 @@ def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> Flo
         answers = tuple(np.concatenate(a, axis=2) for a in zip(bare.hidden, answers, strict=True))
     white, s = whitening_of(bare, answers), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
-    errors = tuple(
-        white.whitened(k, w.stretch, w.samples, e)
-        for k, (w, e) in enumerate(zip(bare.windows, now.raw, strict=True))
-    )
-    now = replace(now, residuals=errors)
+    places = [(w.stretch, w.samples) for w in bare.windows]
+    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], e))
     ratio = [max(r(bare, now, k) for r in (size_ratio, low_frequency_ratio)) for k in range(4)]
     return np.asarray(np.maximum(ratio, 1.0), dtype=float)
 

@@ -97,11 +97,10 @@ def _acting(structure: Structure, p: FloatArray, values: Values, stretch: Stretc
     """What the inputs do, and nothing else."""
     constant = constant_channels(structure, p)
     shares = tuple(shares_of(structure, p, values, stretch))
-    mean = np.repeat(constant[None, :], stretch.steps, axis=0)
-    slope = np.zeros_like(mean)
+    mean, slope = np.tile(constant, (stretch.steps, 1)), np.zeros((stretch.steps, len(constant)))
     for share in shares:
-        mean[:, share.places] += share.mean
-        slope[:, share.places] += share.slope
+        mean += share.mean
+        slope += share.slope
     nothing = np.zeros(0)
     return Drive(mean, slope, constant, shares, nothing, nothing, nothing, nothing, nothing)
 

@@ -35,7 +35,7 @@ def moments_of_windows(
     """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2), or ``rows`` (m, 2, k).
 
     ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. Rows
-    count less by ``shrink`` (w, K) along the vectors of ``basis`` (m, 2, K); the errors are left as they are. A window
+    count less by ``shrink`` (w, K) along the vectors of ``basis`` (2m, K); the errors are left as they are. A window
     that runs away gets NaN. With any columns in ``rows``, these are the weighted derivatives of every sample from
     column ``since`` on (zeros where a window runs away), and the moments mean nothing: compiled in one, since to
     compile the run with its sensitivities twice takes two seconds of a first call.
@@ -53,47 +53,59 @@ def moments_of_windows(
         if done < length[w]:
             moments[w, last, last] = np.nan
             continue
+        used = _used(shrink, w)
         _window(
-            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, run, work, residual, last,
+            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, used, run, work, residual, last,
             since, rows,
         )  # fmt: skip
-        _whiten(shrink, w, work, last)
+        _whiten(shrink, w, used, work, last)
         for a in range(last + 1):
             for b in range(a + 1):
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
 
 
 @njit(**HELPER)
-def _project(basis, m, axis, work, filled):
-    """Add the row in hand to its sums along the basis."""
-    width = work.batch.shape[1]
-    for k in range(work.projected.shape[0]):
-        by = basis[m, axis, k]
-        if by != 0.0:
-            for o in range(0, width, 8):
-                at = k * width + o
-                now = load(work.projected, at) + load(work.batch, filled * width + o) * by
-                store(work.projected, at, now)
+def _used(shrink, w):
+    """How many vectors of its basis a window uses."""
+    count = shrink.shape[1]
+    while count > 0 and shrink[w, count - 1] == 0.0:
+        count -= 1
+    return count
 
 
 @njit(**HELPER)
-def _whiten(shrink, w, work, last):
+def _project(basis, used, work):
+    """Add the rows of a batch to their sums along the basis."""
+    width, row, batch = work.batch.shape[1], work.row, work.batch
+    for k in range(used):
+        a, b, c, d = basis[row[0], k], basis[row[1], k], basis[row[2], k], basis[row[3], k]
+        e, f, g, h = basis[row[4], k], basis[row[5], k], basis[row[6], k], basis[row[7], k]
+        for o in range(0, width, 8):
+            one = load(batch, o) * a + load(batch, width + o) * b
+            two = load(batch, 2 * width + o) * c + load(batch, 3 * width + o) * d
+            one = one + load(batch, 4 * width + o) * e + load(batch, 5 * width + o) * f
+            two = two + load(batch, 6 * width + o) * g + load(batch, 7 * width + o) * h
+            at = k * width + o
+            store(work.projected, at, load(work.projected, at) + (one + two))
+
+
+@njit(**HELPER)
+def _whiten(shrink, w, used, work, last):
     """Take off the moments what the rows have along the basis, as far as it is shrunk."""
     width = work.moment.shape[1]
-    for k in range(work.projected.shape[0]):
-        if shrink[w, k] > 0.0:
-            for a in range(last + 1):
-                by = shrink[w, k] * work.projected[k, a]
-                for o in range(a - a % 8, width, 8):
-                    at = a * width + o
-                    store(work.moment, at, load(work.moment, at) - load(work.projected, k * width + o) * by)
+    for k in range(used):
+        for a in range(last + 1):
+            by = shrink[w, k] * work.projected[k, a]
+            for o in range(a - a % 8, width, 8):
+                at = a * width + o
+                store(work.moment, at, load(work.moment, at) - load(work.projected, k * width + o) * by)
 
 
 @njit(**HELPER)
-def _window(begin, length, low, high, motion, sensing, basis, run, work, residual, last, since, rows):
+def _window(begin, length, low, high, motion, sensing, basis, used, run, work, residual, last, since, rows):
     """Sum the products of all rows of one window, or put the rows where they are asked for."""
     width = work.batch.shape[1]
-    for k in range(work.projected.shape[0]):
+    for k in range(used):
         for a in range(width):
             work.projected[k, a] = 0.0
     for a in range(width):
@@ -110,15 +122,17 @@ def _window(begin, length, low, high, motion, sensing, basis, run, work, residua
             for k in range(rows.shape[2]):
                 rows[m, axis, k] = work.batch[filled, since + k] if since + k < width else 0.0
             residual[m, axis] = work.batch[filled, last] = error * sensing.weight[m]
-            _project(basis, m, axis, work, filled)
+            work.row[filled] = 2 * m + axis
             filled += 1
             if filled == BATCH:
                 _take(work.batch, work.moment, last)
+                _project(basis, used, work)
                 filled = np.int64(0)
     for q in range(filled, BATCH):
         for a in range(width):
             work.batch[q, a] = 0.0
     _take(work.batch, work.moment, last)
+    _project(basis, used, work)
 
 
 @njit(**HELPER)

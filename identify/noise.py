@@ -178,7 +178,7 @@ def _bare(problem: Problem, bare: Problem, moments: Moments) -> Moments:
         e * problem.inflation[problem.kinds(w)][:, None]
         for w, e in zip(problem.windows, moments.raw, strict=True)
     )
-    return replace(moments, residuals=bare.whitened(raw), raw=raw)
+    return replace(moments, raw=raw, white=bare.white)
 
 
 def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[int, FloatArray]:
@@ -188,6 +188,8 @@ def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[i
         samples = problem.stretches[w.stretch].samples
         kind = samples.kind[w.samples]
         scale = np.maximum(size[kind] / problem.inflation[kind], 1e-9)
+        if not np.any(np.abs(residual) > WILD * scale[:, None]):
+            continue
         for k in np.unique(kind):
             mine = np.nonzero(kind == k)[0]
             error = np.abs(residual[mine]).max(axis=1) / scale[mine]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 
 from identify.drive import drive, sensor_of
 from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.slot import Slot
-from identify.stretch import Stretch
+from identify.stretch import Stretch, slopes_of
 from identify.structure import Structure
 from identify.term import FACTORS, Term, factors_of
 from identify.true_motion import true_states
@@ -80,7 +81,7 @@ def regressors(
     values |= flow_values(structure, middle_water, values)
     out = np.empty((stretch.steps, len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):
-        out[:, k] = np.prod([values[f] for f in factors_of(term.text)], axis=0)
+        out[:, k] = reduce(np.multiply, [values[f] for f in factors_of(term.text)])
     return out
 
 
@@ -89,14 +90,9 @@ def accelerations(stretch: Stretch, window: int = 5, states: FloatArray | None =
 
     They are those of the smoothed states, or of ``states`` (n + 1, 6) in their place.
     """
-    x = (stretch.states if states is None else states)[:, 3:6]
-    m = min(window, max(1, len(x) // 4))
-    k = np.arange(-m, m + 1)
-    weights = k / (stretch.h * np.sum(k * k))
-    slope = np.column_stack(
-        [np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in x.T]
-    )
-    return np.asarray(0.5 * (slope[1:] + slope[:-1]), dtype=float)
+    if states is None or states is stretch.states:
+        return stretch.slopes(window)
+    return slopes_of(states, stretch.h, window)
 
 
 def true_accelerations(structure: Structure, p: FloatArray, stretch: Stretch, window: int = 5) -> FloatArray:

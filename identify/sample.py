@@ -56,14 +56,15 @@ class Sensing(NamedTuple):
 class Work(NamedTuple):
     """Places to work in.
 
-    ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products, ``projected``
-    (K, width) their sums along a window's basis; for the row in hand ``place`` and ``weight`` (SOURCES, MOST) flat
-    places of its summands and their weights, ``counts`` (SOURCES,) how many there are.
+    ``batch`` (BATCH, width) rows of derivatives and error, ``row`` (BATCH,) which ones they are, ``moment`` (width,
+    width) their products, ``projected`` (K, width) their sums along a window's basis; for the row in hand ``place`` and
+    ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts`` (SOURCES,) how many there are.
     """
 
     batch: FloatArray
     moment: FloatArray
     projected: FloatArray
+    row: IntArray
     place: IntArray
     weight: FloatArray
     counts: IntArray
@@ -72,7 +73,7 @@ class Work(NamedTuple):
 def work_for(width: int, basis: int = 0) -> Work:
     """Places to work in for rows of ``width`` and a basis of so many."""
     return Work(
-        zeros(BATCH, width), zeros(width, width), zeros(basis, width),
+        zeros(BATCH, width), zeros(width, width), zeros(basis, width), np.zeros(BATCH, dtype=np.int64),
         np.zeros((SOURCES, MOST), dtype=np.int64),
         np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
     )  # fmt: skip

@@ -65,14 +65,6 @@ def _costs(found: Moments, away: FloatArray, known: FloatArray) -> FloatArray:
 
 def _chosen(better: BoolArray, trial: Moments, now: Moments) -> Moments:
     """Of every window the moments of its better first state."""
-
-    def chosen(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
-        return tuple(a if b else c for a, b, c in zip(one, better, other, strict=True))
-
     matrices = np.where(better[:, None, None], trial.matrices, now.matrices)
-    return replace(
-        now,
-        matrices=matrices,
-        residuals=chosen(trial.residuals, now.residuals),
-        raw=chosen(trial.raw, now.raw),
-    )
+    raw = tuple(a if b else c for a, b, c in zip(trial.raw, better, now.raw, strict=True))
+    return replace(now, matrices=matrices, raw=raw)

@@ -100,6 +100,11 @@ class Stretch:
         return lru_cache(maxsize=2 * max(1, len(self.inputs)))(lambda make, *key: make(self, *key))
 
     @cached_property
+    def slopes(self) -> Callable[[int], FloatArray]:
+        """``slopes_of`` the smoothed states over a window; the last ones are remembered."""
+        return lru_cache(maxsize=4)(lambda window: slopes_of(self.states, self.h, window))
+
+    @cached_property
     def acting(self) -> Callable[[str, float], tuple[FloatArray, FloatArray]]:
         """What ``sampled`` makes of an input from a time on its log, on the fine grid; the last ones are remembered."""
         step, n = self.h / SUBSTEPS, self.steps * SUBSTEPS
@@ -121,6 +126,17 @@ class Stretch:
         noise = float(np.sum(self.samples.sigma[mine] ** 2))
         slope = 1.0 + float(about @ (said - smoothed)) / (float(about @ about) + noise)
         return slope, float(said.mean() - slope * smoothed.mean())
+
+
+def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:
+    """Rates (n, 3) of u, v, r of states (n + 1, 6) at the middle of each step: slopes over a window each way."""
+    m = min(window, max(1, len(states) // 4))
+    k = np.arange(-m, m + 1)
+    weights = k / (h * np.sum(k * k))
+    slope = np.column_stack(
+        [np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in states[:, 3:6].T]
+    )
+    return np.asarray(0.5 * (slope[1:] + slope[:-1]), dtype=float)
 
 
 def step_for(length: float) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cache
 
 #: Factors that the compiled rollout knows, in the order of its table; channels follow.
 FACTORS = (
@@ -34,6 +35,7 @@ _DIMENSIONS: dict[str, tuple[int, int]] = {
 }  # fmt: skip
 
 
+@cache
 def factors_of(term: str) -> tuple[str, ...]:
     """Factors of a term, powers written out: ``"Δu³/U"`` gives ``("Δu", "Δu", "Δu", "/U")``.
 

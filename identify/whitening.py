@@ -25,44 +25,52 @@ class Whitening:
     """What makes the errors of every window white.
 
     Per stretch ``basis`` (m, 2, K): each window's own eigenvectors, in its samples' rows; ``shrink`` (w, K): λ/(1+λ),
-    0 where a window has fewer.
+    0 after the last that a window has.
     """
 
     basis: tuple[FloatArray, ...]
     shrink: FloatArray
 
+    def rows(self, stretch: int) -> FloatArray:
+        """The basis of a stretch, (2m, K): its samples' rows one after another."""
+        basis = self.basis[stretch]
+        return basis.reshape(2 * len(basis), basis.shape[2])
+
     def whitened(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
         """Errors (m, 2) of a window, made white: times the square root of the inverse covariance."""
-        return self._less(1.0 - np.sqrt(1.0 - self.shrink[number]), self.basis[stretch][samples], error)
+        return self.whitened_columns(number, stretch, samples, error[:, :, None])[:, :, 0]
 
     def whitened_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
         """Columns (m, 2, k) of a window, made white as ``whitened`` makes its errors."""
-        basis, share = self.basis[stretch][samples], 1.0 - np.sqrt(1.0 - self.shrink[number])
-        along = np.einsum("maj,mak->jk", basis, columns)
-        return np.asarray(columns - np.einsum("maj,jk->mak", basis * share, along), dtype=float)
+        return self._less(1.0 - np.sqrt(1.0 - self.shrink[number]), stretch, samples, columns)
 
     def shrunk(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
         """Errors (m, 2) of a window times the inverse covariance."""
-        return self._less(self.shrink[number], self.basis[stretch][samples], error)
+        return self.shrunk_columns(number, stretch, samples, error[:, :, None])[:, :, 0]
 
     def shrunk_columns(self, number: int, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
         """Columns (m, 2, k) of a window times the inverse covariance."""
-        basis = self.basis[stretch][samples]
-        along = np.einsum("maj,mak->jk", basis, columns)
-        return np.asarray(columns - np.einsum("maj,jk->mak", basis * self.shrink[number], along), dtype=float)
+        return self._less(self.shrink[number], stretch, samples, columns)
 
     def gain(self, number: int, stretch: int, samples: slice, error: FloatArray) -> float:
         """What the errors (m, 2) of a window gain in 2 log likelihood by what this leaves open."""
         shrink = self.shrink[number]
-        along = np.einsum("mak,ma->k", self.basis[stretch][samples], error)
+        along = self._along(stretch, samples).T @ error.ravel()
         return float(np.sum(shrink * along**2 + np.log1p(-shrink)))
 
-    @staticmethod
-    def _less(share: FloatArray, basis: FloatArray, error: FloatArray) -> FloatArray:
-        """Errors less a share (K,) of what they have along the basis."""
-        if not share.any():
-            return error
-        return np.asarray(error - basis @ (share * np.einsum("mak,ma->k", basis, error)), dtype=float)
+    def _along(self, stretch: int, samples: slice) -> FloatArray:
+        """The basis (2m, K) in the rows of some samples."""
+        return self.rows(stretch)[2 * samples.start : 2 * samples.stop]
+
+    def _less(self, share: FloatArray, stretch: int, samples: slice, columns: FloatArray) -> FloatArray:
+        """Columns (m, 2, k) less a share (K,) of what they have along the basis."""
+        used = int(np.count_nonzero(share))
+        if not used:
+            return columns
+        basis = self._along(stretch, samples)[:, :used]
+        flat = columns.reshape(len(basis), -1)
+        less = basis @ (share[:used, None] * (basis.T @ flat))
+        return np.asarray((flat - less).reshape(columns.shape), dtype=float)
 
 
 def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:

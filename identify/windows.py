@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -89,13 +89,11 @@ class Problem:
             total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
         return total
 
-    def whitened(self, raw: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
-        """The windows' errors (m, 2) each, white as far as it is said what the inputs hide."""
-        if self.whitening is None:
-            return tuple(raw)
-        return tuple(
-            self.whitening.whitened(k, w.stretch, w.samples, e)
-            for k, (w, e) in enumerate(zip(self.windows, raw, strict=True))
+    def white(self, number: int, error: FloatArray) -> FloatArray:
+        """A window's errors (m, 2), white as far as it is said what the inputs hide."""
+        w = self.windows[number]
+        return (
+            error if self.whitening is None else self.whitening.whitened(number, w.stretch, w.samples, error)
         )
 
     def kinds(self, window: Window) -> IntArray:
@@ -116,12 +114,17 @@ class Problem:
 class Moments:
     """Per window: moment matrix (8 + np + 1 square: first state, parameters, error), and normalised errors.
 
-    ``residuals`` are white where a problem says what its inputs hide, ``raw`` as they were.
+    ``raw`` are the errors (m, 2) as they were; ``white`` makes those of a window white, by its number.
     """
 
     matrices: FloatArray
-    residuals: tuple[FloatArray, ...]
     raw: tuple[FloatArray, ...]
+    white: Callable[[int, FloatArray], FloatArray]
+
+    @cached_property
+    def residuals(self) -> tuple[FloatArray, ...]:
+        """The errors (m, 2) of every window, white where a problem says what its inputs hide: made when asked for."""
+        return tuple(self.white(k, e) for k, e in enumerate(self.raw))
 
     @property
     def cost(self) -> float:
@@ -130,7 +133,8 @@ class Moments:
 
     def of(self, some: slice) -> Moments:
         """Those of some windows."""
-        return Moments(self.matrices[some], self.residuals[some], self.raw[some])
+        numbers = range(len(self.raw))[some]
+        return Moments(self.matrices[some], self.raw[some], lambda k, e: self.white(numbers[k], e))
 
 
 def cut(stretches: Sequence[Stretch], length: float, workers: int = 2) -> Problem:
@@ -185,7 +189,7 @@ def moments(
         matrices[numbers] = found
         for k in numbers:
             raw[k] = errors[problem.windows[k].samples]
-    return Moments(matrices, problem.whitened(raw), tuple(raw))
+    return Moments(matrices, tuple(raw), problem.white)
 
 
 def _shares(problem: Problem, stretch: int, workers: int) -> list[list[int]]:
@@ -232,9 +236,10 @@ def _of_windows(
     begin, length, samples = places_of(windows)
     width = padded(columns)
     found, errors = np.empty((len(part), columns, columns)), np.zeros((len(stretch.samples.t), 2))
-    basis, shrink = np.zeros((len(errors), 2, 0)), np.zeros((len(part), 0))
+    basis: FloatArray = np.zeros((2 * len(errors), 0))
+    shrink: FloatArray = np.zeros((len(part), 0))
     if hidden is not None:
-        basis, shrink = hidden.basis[windows[0].stretch], np.ascontiguousarray(hidden.shrink[part])
+        basis, shrink = hidden.rows(windows[0].stretch), np.ascontiguousarray(hidden.shrink[part])
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
         along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1]),
