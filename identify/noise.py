@@ -103,11 +103,16 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
 
 
 def _power(totals: FloatArray, white: float) -> float | None:
-    """Power of the lag with which increments grow, from (sum of squares, count) at two; None where all is white."""
-    short, long = totals[:, 0] / np.maximum(totals[:, 1], 1.0)
-    if long - white <= 0.05 * white:
+    """Power of the lag with which increments grow, from (sum of squares, count) at two; None where all is white.
+
+    The short ones are taken as large as white noise allows by a standard error: in a noisy stream they are little else,
+    and where it made them small by chance, any wander would seem to grow fast.
+    """
+    count = np.maximum(totals[:, 1], 1.0)
+    short, long = totals[:, 0] / count - white
+    if long <= 0.05 * white:
         return None
-    growth = (long - white) / max(short - white, 1e-3 * white)
+    growth = long / max(short + white * float(np.sqrt(3.0 / count[0])), 1e-3 * white)
     return float(np.log(growth) / np.log(SMOOTH_LAGS[1] / SMOOTH_LAGS[0]))
 
 
