@@ -40,11 +40,11 @@ def wander(rng, size, time):
 @pytest.mark.parametrize(("size", "time"), [(0.0, 60.0), (1.0, 60.0), (5.0, 40.0)])
 def test_a_wander_is_not_smooth_however_weak(size, time):
     rng = np.random.default_rng(7)
-    found = np.array([seen(rng, wander(rng, size, time)) for _ in range(60)])
-    assert np.mean(found > 0.1) <= 0.05
+    found = np.array([seen(rng, wander(rng, size, time)) for _ in range(150)])
+    assert np.mean(found > 0.1) <= 0.02
 
 
-@pytest.mark.parametrize("size", [1.0, 3.0, 30.0])
+@pytest.mark.parametrize("size", [3.0, 30.0])
 def test_what_a_missing_force_leaves_is_smooth(size):
     rng = np.random.default_rng(8)
     found = [
