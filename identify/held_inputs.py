@@ -7,10 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import SHORT, fit_from_scratch
-from identify.output_error import solve
+from identify.base_fit import SHORT, roughly
+from identify.noise import calibrated
+from identify.output_error import prior_for, solve
 from identify.prepare import Prepared, prepare
+from identify.regression import coefficient_scales
+from identify.settled import settled
+from identify.structure import null_parameters
+from identify.windows import Problem, cut
 from preprocess.trial import Trial
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Steps that either reading is fitted with in all short windows, from where it is best in some.
+STEPS = 8
 
 
 def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
@@ -22,14 +32,19 @@ def prepare_best(trials: Sequence[Trial], model: str) -> Prepared:
     if all(m.held or m.sample_time < 0.03 for s in plain.identify for m in s.inputs.values()):
         return plain
     held = prepare(trials, model, held=True)
-    one, other = (fit_from_scratch(p.structure, p.identify, length=SHORT, rounds=1) for p in (plain, held))
-    here = replace(one.problem, unlogged=None)
-    sigma = zip(other.problem.stretches, one.problem.stretches, strict=True)
-    there = replace(
-        other.problem.weighted_as(here), stretches=tuple(replace(a, samples=b.samples) for a, b in sigma)
+    one, other = (
+        roughly(p.structure, p.identify, null_parameters(p.structure), SHORT) for p in (plain, held)
     )
-    costs = [
-        solve(q, f.solution.structure, f.solution.p, f.solution.first, f.prior, budget=5).cost
-        for q, f in ((here, one), (there, other))
-    ]
+    problem = cut(plain.identify, SHORT)
+    weights = calibrated(problem, settled(problem, plain.structure, one))
+    costs = _cost(weights, plain, one), _cost(weights, held, other)
     return plain if costs[0] <= costs[1] or not np.isfinite(costs[1]) else held
+
+
+def _cost(weights: Problem, prepared: Prepared, p: FloatArray) -> float:
+    """What is left of the errors in the windows of ``weights``, with the inputs as they are prepared, from ``p`` on."""
+    pairs = zip(prepared.identify, weights.stretches, strict=True)
+    problem = replace(weights, stretches=tuple(replace(a, samples=b.samples) for a, b in pairs))
+    structure, first = prepared.structure, settled(problem, prepared.structure, p).first
+    prior = prior_for(structure, coefficient_scales(structure, p, problem.stretches))
+    return solve(problem, structure, p, first, prior, budget=STEPS).cost
