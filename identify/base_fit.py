@@ -208,8 +208,10 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
 def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
     """The fit at its best under weights that its own errors give, found anew so many times."""
     problem, prior, solution = fitted.problem, fitted.prior, fitted.solution
-    for _ in range(rounds + 1):
+    for k in range(rounds + 1):
         solution = _gone_on(problem, solution, prior)
+        if k and solution.stayed:
+            break
         problem = calibrated_anew(problem, solution)
     if problem.unlogged is not None and problem.unlogged.rounded is not None:
         bare = calibrated(replace(problem, unlogged=None), solution)

@@ -83,6 +83,11 @@ class Solution:
     steps: int
 
     @property
+    def stayed(self) -> bool:
+        """Whether it ended where it began: no first step promised anything."""
+        return self.stopped is Stopped.CONVERGED and self.steps <= 1
+
+    @property
     def total(self) -> float:
         """Cost with what is known beforehand: -2 log posterior up to a constant."""
         return self.cost + self.penalty

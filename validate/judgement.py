@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, Fitted, fit_from_scratch, free_running_misfit
+from identify.base_fit import FAR, SHORT, Fitted, free_running_misfit, roughly
 from identify.first_states import first_states
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
@@ -17,7 +17,7 @@ from identify.structure import Structure
 from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import CONVERGES, raced, step_tolerance, target_gap, under
+from validate.refits import CONVERGES, begun_at, raced, step_tolerance, target_gap, under
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -117,15 +117,13 @@ def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> lis
 
 
 def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:
-    """The better of a fit and of others begun by regression with its effects' values, under the same weights."""
+    """The better of a fit and of others begun roughly with its effects' values, under the same weights."""
     structure, best = fitted.solution.structure, fitted
     for _ in range(rounds):
         pace(f"anew: {structure.actives[-1].label}")
         p = effects_alone(structure, best.solution.p)
-        scratch = fit_from_scratch(
-            structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=0
-        )
-        other = under(fitted.problem, replace(scratch, prior=fitted.prior), 20)
+        rough = roughly(structure, fitted.problem.stretches, p, min(SHORT, fitted.problem.length))
+        other = begun_at(fitted, rough, 20)
         if not other.solution.total < best.solution.total:
             return best
         enough = other.solution.total > 0.98 * best.solution.total

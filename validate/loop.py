@@ -92,9 +92,14 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
 
 
 def tells(declared: Fitted) -> bool:
-    """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks."""
+    """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks.
+
+    Unless the windows are short because the inputs were rounded, and the fit follows its own logs.
+    """
+    problem = declared.problem
     rough = window_length(declared.solution.structure.vessel.length) * ROUGH / LONG
-    return declared.chi2_per_dof < FAR and (declared.problem.length >= rough or not astray(declared))
+    rounded = problem.unlogged is not None and problem.unlogged.rounded is not None
+    return declared.chi2_per_dof < FAR and (problem.length >= rough or (rounded and not astray(declared)))
 
 
 def _lengthened(

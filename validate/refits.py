@@ -143,6 +143,16 @@ def target_gap(base: Fitted, best: Fitted) -> float:
     return base.solution.total - best.solution.total + 50.0
 
 
+def begun_at(fitted: Fitted, p: FloatArray, budget: int) -> Fitted:
+    """The same structure fitted under the same weights from other parameters (np,)."""
+    problem, structure = fitted.problem, fitted.solution.structure
+    found = solve(
+        problem, structure, p, settled(problem, structure, p).first, fitted.prior, anchor=first_states(problem),
+        budget=budget, tolerance=step_tolerance(fitted),
+    )  # fmt: skip
+    return replace(fitted, solution=found)
+
+
 def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
     """The same structure fitted under another problem's weights, and windows where those differ, from where it was."""
     s = fitted.solution
