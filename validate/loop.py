@@ -21,6 +21,7 @@ from identify.output_error import solve
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.unlogged import bent
 from identify.windows import cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, better_rival
@@ -94,12 +95,15 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
 def tells(declared: Fitted) -> bool:
     """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks.
 
-    Unless the windows are short because the inputs were rounded, and the fit follows its own logs.
+    Unless the windows are short because rounded inputs bend longer ones, and the fit follows its own logs.
     """
+    if not declared.chi2_per_dof < FAR:
+        return False
     problem = declared.problem
-    rough = window_length(declared.solution.structure.vessel.length) * ROUGH / LONG
-    rounded = problem.unlogged is not None and problem.unlogged.rounded is not None
-    return declared.chi2_per_dof < FAR and (problem.length >= rough or (rounded and not astray(declared)))
+    if problem.length >= window_length(declared.solution.structure.vessel.length) * ROUGH / LONG:
+        return True
+    longer = cut(problem.stretches, 2.0 * problem.length).weighted_as(problem)
+    return not astray(declared) and bent(longer) > 1.0
 
 
 def _lengthened(

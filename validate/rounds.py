@@ -23,6 +23,8 @@ MOST_EFFECTS = 4
 MOST_INPUTS = 6
 #: ... and so many are tried where these do not tell them apart.
 UNDECIDED = 2
+#: A fit that is found on the way is gone on with below this share of the other's cost per degree of freedom.
+NEARER = 0.98
 #: So many of the nearest are looked at as one of two that are missing, those that leave no more than this share of the
 #: squared errors.
 FIRST_OF_PAIRS, PROMISING = 2, 0.8
@@ -46,10 +48,17 @@ def rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -
         turns += new
         taken = new[-1].taken
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
-            return fitted
+            return _nearer(fitted, turn.base)
         pace(f"taken: {taken.label}")
         fitted = _after(taken)
     return fitted
+
+
+def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
+    """A fit; or what a look at other causes made of it, where that is clearly nearer the noise."""
+    if not base.chi2_per_dof < NEARER * fitted.chi2_per_dof:
+        return fitted
+    return under(recalibrated(base.problem, base.solution), base, 20)
 
 
 def _turn(fitted: Fitted, pace: Pace) -> Turn:
