@@ -29,3 +29,12 @@ def test_short_windows_near_the_noise_say_nothing_of_a_model_whose_free_runs_are
 
 def test_short_windows_of_a_model_that_follows_its_logs_are_enough():
     assert tells(in_short_windows(()))
+
+
+def test_a_roll_that_short_windows_hide_in_their_first_states_is_looked_for_in_long_ones():
+    roll = Effect("roll_coupling", {"frequency": 0.9, "damping": 0.06, "sway": 0.11, "yaw": 0.014})
+    ship, trials = trials_of("patrol", ("random", "zigzag", "circle", "random"), 120.0, 5, (roll,))
+    ready = prepare(trials, ship.model)
+    fitted = fit_from_scratch(ready.structure, ready.identify, length=SHORT)
+    assert fitted.chi2_per_dof < FAR
+    assert not tells(fitted)

@@ -12,6 +12,7 @@ from identify.base_fit import (
     NEAR,
     Fitted,
     fit_from_scratch,
+    fit_states,
     window_length,
 )
 from identify.drive import drive
@@ -95,15 +96,20 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
 def tells(declared: Fitted) -> bool:
     """Whether a fit is near the noise, and not in short windows alone, whose first states hide what it lacks.
 
-    Unless the windows are short because rounded inputs bend longer ones, and the fit follows its own logs.
+    Short ones do where the fit follows its own logs, and is near the noise in long ones too, or these are bent by the
+    rounding of the inputs.
     """
+    problem, s = declared.problem, declared.solution
+    longest = window_length(s.structure.vessel.length)
     if not declared.chi2_per_dof < FAR:
         return False
-    problem = declared.problem
-    if problem.length >= window_length(declared.solution.structure.vessel.length) * ROUGH / LONG:
+    if problem.length >= longest * ROUGH / LONG:
         return True
-    longer = cut(problem.stretches, 2.0 * problem.length).weighted_as(problem)
-    return not astray(declared) and bent(longer) > 1.0
+    if astray(declared):
+        return False
+    longer = cut(problem.stretches, longest).weighted_as(problem)
+    there = replace(declared, problem=longer, solution=fit_states(longer, s.structure, s.p))
+    return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
 
 def _lengthened(
