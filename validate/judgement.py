@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, SHORT, Fitted, free_running_misfit, roughly
+from identify.base_fit import FAR, NEAR, SHORT, Fitted, free_running_misfit, roughly
 from identify.first_states import first_states
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
@@ -198,7 +198,11 @@ def by_time(fitted: Fitted) -> FloatArray:
 
 
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
-    """Whether the free-running error falls by enough to be worth naming the effect, or its structure goes with it."""
+    """Whether the free-running error falls by enough to be worth naming the effect, or its structure goes with it.
+
+    Free runs are held against the smoothed motion. Where that is mostly noise (a sway of millimetres a second) they
+    say less than the measurements: what brings these to the noise, and takes their structure along, is worth a name.
+    """
     if base.chi2_per_dof > FAR:
         less = fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
         nearer = fit.chi2_per_dof < max(FAR, NEARER * base.chi2_per_dof)
@@ -206,9 +210,10 @@ def worthwhile(base: Fitted, fit: Fitted) -> bool:
     if at_bound(fit) or not consistent(base, fit):
         return False
     before, after = free_running_misfit(base), free_running_misfit(fit)
-    return after < (1.0 - WORTH) ** 2 * before or (
-        after < (1.0 + BY_CHANCE) * before + 0.01 and whitened(base, fit)
-    )
+    if after < (1.0 - WORTH) ** 2 * before:
+        return True
+    to_the_noise = fit.chi2_per_dof < NEAR < base.chi2_per_dof
+    return (to_the_noise or after < (1.0 + BY_CHANCE) * before + 0.01) and whitened(base, fit)
 
 
 def whitened(base: Fitted, fit: Fitted) -> bool:
