@@ -20,6 +20,7 @@ from ingest.tabular.delimited import DELIMITED
 from ingest.tabular.lines import spans_of
 from ingest.tabular.matlab import MATLAB
 from ingest.tabular.naming import guess_angle_unit, sources_of, split_unit
+from ingest.tabular.timeline import clock_of
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
@@ -375,3 +376,17 @@ def test_sides_and_rates_are_offered_where_a_unit_is_stated():
         ("yaw_rate", "rate_deg_s"),
         ("propeller", "left_rpm"),
     }
+
+
+def test_a_date_with_the_time_of_day_is_a_clock_and_a_date_alone_is_none():
+    stamps = pd.date_range("2026-05-01T08:00:00", periods=20, freq="100ms").strftime("%Y-%m-%dT%H:%M:%S.%f")
+    clock = clock_of(pd.DataFrame({"Kurs": np.zeros(20), "Datum": stamps}))
+    assert clock is not None
+    assert clock.utc
+    assert np.all(np.diff(clock.ns) == 100_000_000)
+    assert clock_of(pd.DataFrame({"Kurs": np.zeros(20), "Datum": ["2026-05-01"] * 20})) is None
+
+
+def test_a_gyro_is_offered_where_it_states_a_rate():
+    table = pd.DataFrame({k: np.linspace(0.0, 1.0, 20) for k in ("gyro_deg_s", "gyro")})
+    assert [(s.quantity, s.fields["value"]) for s in sources_of(table, {})] == [("yaw_rate", "gyro_deg_s")]

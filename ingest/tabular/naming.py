@@ -114,7 +114,7 @@ _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("yaw_rate", (("value", _RATE),), "rate", 50),
     _Pattern("yaw_rate", (("value", _GYRO),), "rate", 45),
     _Pattern("yaw_rate", (("value", "rot"),), "rate", 40),
-    _Pattern("yaw_rate", (("value", "rate|turn|turning"),), "rate", 35, stated=True),
+    _Pattern("yaw_rate", (("value", "rate|turn|turning|gyro|drehrate"),), "rate", 35, stated=True),
     _Pattern("velocity", (("north",
         "vn|v_n|vel_n|v_north|vel_north|velocity_north|north_velocity|vnorth|speed_north"),
                           ("east",

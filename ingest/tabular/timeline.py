@@ -21,6 +21,9 @@ TIME_NAMES = (
     "sec", "tid", "zeit", "time_s", "clock",
 )  # fmt: skip
 
+#: Columns of text that may hold the time of day beside the date.
+DATE_NAMES = ("datum", "date")
+
 _SCALE = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1, "min": 60_000_000_000}
 DAY_NS = 86_400_000_000_000
 
@@ -60,6 +63,10 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
             clock = _from_column(table[flat[name]], flat[name])
             if clock is not None:
                 return clock
+    for name in (n for n in DATE_NAMES if n in flat and not pd.api.types.is_numeric_dtype(table[flat[n]])):
+        clock = _from_text(table[flat[name]].astype(str), flat[name])
+        if clock is not None and np.ptp(clock.ns[clock.good]) > 0:
+            return clock
     first = table.iloc[:, 0]
     rising = (
         pd.api.types.is_numeric_dtype(first) and len(first) > 2 and bool((first.diff().iloc[1:] > 0).all())
