@@ -35,3 +35,16 @@ def test_a_lag_that_was_taken_gives_way_to_the_delay_that_it_made_up_for():
 def test_the_delay_itself_gives_way_to_nothing():
     delay = fitted_with("actuator_delay")
     assert better_rival(delay, [standing(delay, 0)]) is None
+
+
+def test_an_input_has_a_dead_band_in_one_form_only():
+    ship, trials = trials_of("usv", ("zigzag",), 30.0, 5)
+    structure = prepare(trials, ship.model).structure
+    bands = [a for a in candidates(structure) if a.effect.name == "actuator_deadband"]
+    of_rudder = [a for a in bands if a.variant.input == "rudder"]
+    assert len(of_rudder) > 1
+    left = [
+        a for a in candidates(structure.with_effect(of_rudder[0])) if a.effect.name == "actuator_deadband"
+    ]
+    assert [a.label for a in left] == [a.label for a in bands if a.variant.input != "rudder"]
+    assert left

@@ -32,14 +32,19 @@ class Screened:
 
 
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
-    """Every variant of every effect that makes sense here and is not in the structure yet; wiring is tested apart."""
+    """Every variant of every effect that makes sense here and is not in the structure yet; wiring is tested apart.
+
+    What an input has in one form (a dead band) it does not have in another besides.
+    """
     taken = {a.label for a in structure.actives}
+    had = {(a.effect.name, a.variant.input) for a in structure.actives if a.variant.input}
     return [
         active
         for effect in effects
         if not effect.rewire
         for variant in effect.variants(structure.setting)
-        if (active := Active(effect, variant)).label not in taken and _moves(structure, active)
+        if (active := Active(effect, variant)).label not in taken and (effect.name, variant.input) not in had
+        if _moves(structure, active)
     ]
 
 
