@@ -38,7 +38,7 @@ def test_the_delay_itself_gives_way_to_nothing():
 
 
 def test_an_input_has_a_dead_band_in_one_form_only():
-    ship, trials = trials_of("usv", ("zigzag",), 30.0, 5)
+    ship, trials = trials_of("usv", ("zigzag", "random"), 30.0, 5)
     structure = prepare(trials, ship.model).structure
     bands = [a for a in candidates(structure) if a.effect.name == "actuator_deadband"]
     of_rudder = [a for a in bands if a.variant.input == "rudder"]
