@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import FAR, FOLLOWS, Fitted
+from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.other_logs import on_other_logs
@@ -23,9 +23,12 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     """Whether unseen logs are predicted worse with the effects than without.
 
     Free-running errors judge first; near the noise of the sensors the raw measurements have the last word: errors
-    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more.
+    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more. Those of
+    a late gyro are so at any length: a motion that was smoothed by the compass does not show what the gyro shows.
     """
     unseen = prepared.validate
+    if after.chi2_per_dof < NEAR and _measured_better(unseen, declared, after, RUN_AWAY):
+        return False
     spread = _spread((*prepared.identify, *unseen))
     before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
     if after_ <= WORSE * before:
@@ -47,8 +50,8 @@ def _misfit(prepared: Prepared, fitted: Fitted, spread: dict[str, float]) -> flo
     return sum(s.mse / spread[c] for c, s in found.items() if s.mse is not None)
 
 
-def _measured_better(unseen: Sequence[Stretch], declared: Fitted, after: Fitted) -> bool:
-    """Whether the raw measurements of unseen logs are nearer to what the effects say, over windows of one length."""
+def _measured_better(unseen: Sequence[Stretch], declared: Fitted, after: Fitted, by: float = 1.0) -> bool:
+    """Whether raw measurements of unseen logs are nearer to what the effects say, so many times, in equal windows."""
     alike = replace(declared, problem=replace(declared.problem, length=after.problem.length))
     one, other = on_other_logs(alike, unseen), on_other_logs(after, unseen)
-    return other is not None and (one is None or other.chi2_per_dof < one.chi2_per_dof)
+    return other is not None and (one is None or by * other.chi2_per_dof < one.chi2_per_dof)
