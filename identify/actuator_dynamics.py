@@ -29,9 +29,9 @@ def _switch(series, surge, i, held):
 
 
 @njit(**_COMPILED)
-def _kept(time, constant):
-    """What a lag leaves of a distance after some time."""
-    return math.exp(-time / constant) if constant >= 1e-9 else 0.0
+def _kept(time, constant, at_a_rate):
+    """What a lag leaves of a distance after some time; nothing that counts at a rate."""
+    return 0.0 if at_a_rate or constant < 1e-9 else math.exp(-time / constant)
 
 
 @njit(**_COMPILED)
@@ -86,12 +86,13 @@ def _followed(series, surge, dt, limit, at_a_rate):
     """The command followed from where it begins: at a limited rate, or with a lag's time constant."""
     out, more = np.empty_like(series), np.empty_like(series)
     value = held = series[0]
-    whole = 0.0 if at_a_rate else _kept(dt, limit)
+    whole = _kept(dt, limit, at_a_rate)
     for i in range(series.shape[0]):
         share, after = _switch(series, surge, i, held)
         one, square, keep = 0.0, 0.0, whole
         if share > 0.0:
-            early, keep = _kept(share * dt, limit), _kept((1.0 - share) * dt, limit)
+            early = _kept(share * dt, limit, at_a_rate)
+            keep = _kept((1.0 - share) * dt, limit, at_a_rate)
             value, one, square = _on(value, held, share * dt, limit, at_a_rate, early)
         value, two, rest = _on(value, after, (1.0 - share) * dt, limit, at_a_rate, keep)
         held = after

@@ -27,14 +27,16 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     a late gyro are so at any length: a motion that was smoothed by the compass does not show what the gyro shows.
     """
     unseen = prepared.validate
-    if after.chi2_per_dof < NEAR and _measured_better(unseen, declared, after, RUN_AWAY):
-        return False
     spread = _spread((*prepared.identify, *unseen))
     before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
     if after_ <= WORSE * before:
         return False
-    astray = after_ > max(FOLLOWS, RUN_AWAY * before)
-    return astray or after.chi2_per_dof > FAR or not _measured_better(unseen, declared, after)
+    if after.chi2_per_dof > FAR:
+        return True
+    nearer = _times_nearer(unseen, declared, after)
+    if after.chi2_per_dof < NEAR and nearer > RUN_AWAY:
+        return False
+    return after_ > max(FOLLOWS, RUN_AWAY * before) or nearer <= 1.0
 
 
 def _spread(stretches: Sequence[Stretch]) -> dict[str, float]:
@@ -50,8 +52,10 @@ def _misfit(prepared: Prepared, fitted: Fitted, spread: dict[str, float]) -> flo
     return sum(s.mse / spread[c] for c, s in found.items() if s.mse is not None)
 
 
-def _measured_better(unseen: Sequence[Stretch], declared: Fitted, after: Fitted, by: float = 1.0) -> bool:
-    """Whether raw measurements of unseen logs are nearer to what the effects say, so many times, in equal windows."""
+def _times_nearer(unseen: Sequence[Stretch], declared: Fitted, after: Fitted) -> float:
+    """How many times nearer unseen logs' raw measurements are to what the effects say, in windows of one length."""
     alike = replace(declared, problem=replace(declared.problem, length=after.problem.length))
     one, other = on_other_logs(alike, unseen), on_other_logs(after, unseen)
-    return other is not None and (one is None or by * other.chi2_per_dof < one.chi2_per_dof)
+    if other is None:
+        return 0.0
+    return np.inf if one is None else one.chi2_per_dof / other.chi2_per_dof
