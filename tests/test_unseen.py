@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 from identification_samples import trials_of
 
-from identify.base_fit import fit_from_scratch
+from fixtures.effects import Effect
+from identify.base_fit import FOLLOWS, NEAR, fit_from_scratch
 from identify.prepare import prepare
+from validate.candidates import candidates
+from validate.scores import predictions, validation
 from validate.unseen import speak_against
 
 
@@ -22,3 +25,18 @@ def test_unseen_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_
     astray = replace(fitted, solution=replace(fitted.solution, p=bent))
     assert speak_against(prepared, fitted, astray)
     assert not speak_against(prepared, astray, fitted)
+
+
+def test_a_late_gyro_is_not_taken_back_for_free_runs_against_a_motion_that_does_not_show_it():
+    late = Effect("clock_offset", {"offset": 1.2}, options={"stream": "yaw_rate"})
+    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 5, (late,), validate=1)
+    prepared = prepare(trials, ship.model)
+    [clock] = [a for a in candidates(prepared.structure) if a.label == "clock_offset (yaw_rate)"]
+    declared = fit_from_scratch(prepared.structure, prepared.identify)
+    after = fit_from_scratch(prepared.structure.with_effect(clock), prepared.identify)
+    runs = predictions(after.solution.structure, after.solution.p, prepared.validate)
+    spread = np.concatenate([s.states[:, 5] for s in (*prepared.identify, *prepared.validate)]).var()
+    rate = validation(prepared.structure, prepared.validate, runs).channels["r"]
+    assert rate.mse / spread > FOLLOWS  # free runs alone would speak against it
+    assert after.chi2_per_dof < NEAR < declared.chi2_per_dof
+    assert not speak_against(prepared, declared, after)
