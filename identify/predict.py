@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from identify import kernel
@@ -9,7 +11,7 @@ from identify.drive import Drive, drive
 from identify.regression import over_ground, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.true_motion import antenna_shift, gyro_shown, heading_clock
+from identify.true_motion import antenna_shift, gyro_shown, heading_clock, true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -18,18 +20,8 @@ BEGINNINGS = 8
 
 
 def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
-    """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r over ground."""
-    x, y, psi, u, v, r = stretch.states[step]
-    bias = d.sensor[0] - r * heading_clock(structure, d.sensor)
-    c, s = np.cos(bias), np.sin(bias)
-    psi, u, v = psi - bias, u * c - v * s, u * s + v * c
-    scale, offset = gyro_shown(structure, d.sensor, stretch)
-    r = (r - offset) / scale
-    u += r * (d.sensor[4] - structure.vessel.antenna[1])
-    v -= r * (d.sensor[3] - structure.vessel.antenna[0])
-    dx, dy = antenna_shift(structure, d.sensor, np.array([psi]), np.array([psi + bias]))
-    state = np.zeros((1, 6))
-    state[0] = x - dx[0], y - dy[0], psi, u, v, r
+    """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r through the water."""
+    state = true_states(structure, d.sensor, stretch, slice(step, step + 1))
     out = np.zeros(kernel.NX)
     out[:6] = through_water(state, d.current)[0]
     return out
@@ -72,19 +64,21 @@ def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) 
     arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
     u, v = out[:, 3] - out[:, 5] * arm_y, out[:, 4] + out[:, 5] * arm_x
     c, s = np.cos(psi), np.sin(psi)
-    scale, offset = gyro_shown(structure, d.sensor, stretch)
-    rate = scale * out[:, 5] + offset
+    gyro = gyro_shown(structure, d.sensor, stretch)
+    rate = gyro.scale * out[:, 5] + gyro.bias
     ground = np.column_stack([out[:, 0] + dx, out[:, 1] + dy, psi + bias, c * u - s * v, s * u + c * v, rate])
-    late = _late(ground, stretch.h, d.sensor, heading_clock(structure, d.sensor))
+    clock = float(d.sensor[5])
+    late = _late(
+        ground, stretch.h, (clock, clock, heading_clock(structure, d.sensor), clock, clock, gyro.late)
+    )
     c, s = np.cos(late[:, 2]), np.sin(late[:, 2])
     north, east = late[:, 3].copy(), late[:, 4].copy()
     late[:, 3], late[:, 4] = c * north + s * east, c * east - s * north
     return late
 
 
-def _late(out: FloatArray, h: float, sensor: FloatArray, heading: float) -> FloatArray:
-    """Shift columns by their stream's clock offset."""
-    clocks = (sensor[5], sensor[5], heading, sensor[5], sensor[5], sensor[7])
+def _late(out: FloatArray, h: float, clocks: Sequence[float]) -> FloatArray:
+    """Columns (n, 6), each shifted by its stream's clock offset."""
     if not any(clocks):
         return out
     t = h * np.arange(len(out))

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.gyro_line import GyroLine, gyro_line
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.swell import Swell
@@ -112,20 +113,13 @@ class Stretch:
         return remembering(lambda name, begin: sampled(self.inputs[name], begin, step, n))
 
     @cached_property
-    def gyro_line(self) -> tuple[float, float]:
-        """Slope and offset of what the gyro said over the smoothed yaw rate: 1 and 0 where the smoother followed it.
+    def gyro_line(self) -> GyroLine:
+        """What the gyro said over the smoothed yaw rate: 1, 0 and 0 where the smoother followed it.
 
-        Where a compass told the smoother the turning, the gyro's own scale and bias are here.
+        Where a compass told the smoother the turning, the gyro's own scale, bias and clock are here.
         """
-        mine = self.samples.kind == YAW_RATE
-        said = self.samples.value[mine, 0]
-        if not len(said):
-            return 1.0, 0.0
-        smoothed = np.interp(self.samples.t[mine], self.grid, self.states[:, 5])
-        about = smoothed - smoothed.mean()
-        noise = float(np.sum(self.samples.sigma[mine] ** 2))
-        slope = 1.0 + float(about @ (said - smoothed)) / (float(about @ about) + noise)
-        return slope, float(said.mean() - slope * smoothed.mean())
+        s, mine = self.samples, self.samples.kind == YAW_RATE
+        return gyro_line(s.t[mine], s.value[mine, 0], s.sigma[mine], self.grid, self.states[:, 5])
 
 
 def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:

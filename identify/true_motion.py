@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from identify.stretch import Stretch
@@ -10,21 +13,34 @@ from identify.structure import Structure
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
-def true_states(structure: Structure, sensor: FloatArray, stretch: Stretch) -> FloatArray:
-    """States x, y, psi, u, v, r over ground (steps + 1, 6) behind the smoothed ones: effects on sensors taken off.
+@dataclass(frozen=True)
+class GyroShown:
+    """What the smoothed yaw rate has of a gyro's faults: its scale, its bias in rad/s, and how late it is in s."""
+
+    scale: float
+    bias: float
+    late: float
+
+
+def true_states(
+    structure: Structure, sensor: FloatArray, stretch: Stretch, at: slice = slice(None)
+) -> FloatArray:
+    """States x, y, psi, u, v, r over ground (n, 6) behind the smoothed ones at some steps: sensors' effects off.
 
     A heading with a bias turns the velocities, an arm of the antenna adds to them, a late stream is read later.
     """
     seen = stretch.states
     if np.array_equal(sensor, [0.0, 0.0, 1.0, *structure.vessel.antenna, 0.0, 0.0, 0.0, 0.0]):
-        return seen
-    clock, late = float(sensor[5]), heading_clock(structure, sensor)
-    scale, offset = gyro_shown(structure, sensor, stretch)
-    psi = _later(seen[:, 2], late, stretch.h) - sensor[0]
-    rate = (_later(seen[:, 5], float(sensor[7]), stretch.h) - offset) / scale
-    turn = np.exp(1j * seen[:, 2])
-    ground = _later((seen[:, 3] + 1j * seen[:, 4]) * turn, clock, stretch.h)
-    place = _later(seen[:, 0] + 1j * seen[:, 1], clock, stretch.h)
+        return seen[at]
+
+    def later(column: FloatArray, clock: float) -> FloatArray:
+        return _later(column, clock, stretch.h, at)
+
+    clock, gyro = float(sensor[5]), gyro_shown(structure, sensor, stretch)
+    psi = later(seen[:, 2], heading_clock(structure, sensor)) - sensor[0]
+    rate = (later(seen[:, 5], gyro.late) - gyro.bias) / gyro.scale
+    ground = later((seen[:, 3] + 1j * seen[:, 4]) * np.exp(1j * seen[:, 2]), clock)
+    place = later(seen[:, 0] + 1j * seen[:, 1], clock)
     x, y = antenna_shift(structure, sensor, psi, psi + sensor[0])
     along = ground * np.exp(-1j * psi)
     bx, by = structure.vessel.antenna
@@ -32,12 +48,12 @@ def true_states(structure: Structure, sensor: FloatArray, stretch: Stretch) -> F
     return np.column_stack([place.real - x, place.imag - y, psi, u, v, rate])
 
 
-def _later(column: FloatArray, clock: float, h: float) -> FloatArray:
-    """A column (n,) as it is shown a time ``clock`` later."""
+def _later(column: FloatArray, clock: float, h: float, at: slice) -> FloatArray:
+    """Part of a column (n,) as it is shown a time ``clock`` later."""
     if clock == 0.0:
-        return column
+        return column[at]
     t = h * np.arange(len(column))
-    return np.asarray(np.interp(t + clock, t, column))
+    return np.asarray(np.interp(t[at] + clock, t, column))
 
 
 def antenna_shift(
@@ -50,16 +66,22 @@ def antenna_shift(
     return c * ax - s * ay - (cb * bx - sb * by), s * ax + c * ay - (sb * bx + cb * by)
 
 
-def gyro_shown(structure: Structure, sensor: FloatArray, stretch: Stretch) -> tuple[float, float]:
-    """Scale and bias of the gyro as far as they show in the smoothed yaw rate: not where that followed a compass."""
+def gyro_shown(structure: Structure, sensor: FloatArray, stretch: Stretch) -> GyroShown:
+    """The gyro's faults as far as they show in the smoothed yaw rate: not where that followed a compass."""
     if "yaw_rate" not in structure.setting.streams:
-        return 1.0, 0.0
+        return GyroShown(1.0, 0.0, float(sensor[7]))
     size = float(np.std(stretch.states[:, 5]))
-    fault = np.array([(sensor[2] - 1.0) * size, sensor[1]])
-    slope, offset = stretch.gyro_line
-    followed = np.array([(slope - 1.0) * size, offset]) @ fault / max(float(fault @ fault), 1e-18)
-    share = float(np.clip(1.0 - followed, 0.0, 1.0))
-    return 1.0 + share * (sensor[2] - 1.0), share * sensor[1]
+    line = stretch.gyro_line
+    share = _share([(line.slope - 1.0) * size, line.offset], [(sensor[2] - 1.0) * size, float(sensor[1])])
+    late = float(sensor[7]) * _share([line.late], [float(sensor[7])])
+    return GyroShown(1.0 + share * (sensor[2] - 1.0), share * float(sensor[1]), late)
+
+
+def _share(beyond: Sequence[float], fault: Sequence[float]) -> float:
+    """Share of a fault that the smoothed rate has, where the gyro itself is ``beyond`` that rate."""
+    of = np.asarray(fault)
+    followed = float(np.asarray(beyond) @ of) / max(float(of @ of), 1e-18)
+    return float(np.clip(1.0 - followed, 0.0, 1.0))
 
 
 def heading_clock(structure: Structure, sensor: FloatArray) -> float:

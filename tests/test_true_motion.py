@@ -12,6 +12,7 @@ from test_kernel import FIRST, STEPS, stretch_of
 
 from identify.drive import drive
 from identify.effect import Variant
+from identify.gyro_line import GyroLine, gyro_line
 from identify.predict import free_run, run, shown, true_first_state
 from identify.true_motion import true_states
 
@@ -63,3 +64,29 @@ def test_the_velocity_of_a_late_receiver_is_late_too(one):
     structure = replace(structure, setting=replace(structure.setting, one_receiver=one))
     d = drive(structure, p, stretch_of(MOTORS))
     assert d.sensor[5:9] == pytest.approx([0.35, 0.0, 0.0, 0.35 if one else 0.0])
+
+
+@pytest.mark.parametrize("late", [0.0, 0.6, -0.35])
+def test_a_gyro_is_as_late_as_what_it_said_and_a_smoothed_rate_that_followed_it_is_not(late):
+    grid = 0.1 * np.arange(801)
+    rate = 0.2 * np.sin(0.4 * grid) + 0.1 * np.sin(1.1 * grid + 0.5)
+    t = np.arange(1.0, 79.0, 0.05)
+    sigma = np.full(len(t), 0.01)
+    noise = sigma * np.random.default_rng(3).standard_normal(len(t))
+    true = 0.2 * np.sin(0.4 * (t - late)) + 0.1 * np.sin(1.1 * (t - late) + 0.5)
+    found = gyro_line(t, 1.05 * true + 0.02 + noise, sigma, grid, rate)
+    assert found.late == pytest.approx(late, abs=0.01)
+    assert found.slope == pytest.approx(1.05, abs=0.01)
+    assert found.offset == pytest.approx(0.02, abs=0.002)
+
+
+def test_a_late_gyro_shows_only_where_the_smoother_followed_it():
+    structure, p, _, _ = with_effect("clock_offset", {"offset": 0.6}, Variant(options={"stream": "yaw_rate"}))
+    stretch = stretch_of(MOTORS)
+    d = drive(structure, p, stretch)
+    for late in (0.0, 0.6):
+        vars(stretch)["gyro_line"] = GyroLine(late=late)
+        motion = run(structure, d, stretch, FIRST)
+        seen = shown(structure, d, stretch, motion)
+        moved = np.abs(seen[:, 5] - motion[:, 5]).max()
+        assert (moved > 0.01) if late == 0.0 else (moved < 1e-12)

@@ -23,8 +23,7 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     """Whether unseen logs are predicted worse with the effects than without.
 
     Free-running errors judge first; near the noise of the sensors the raw measurements have the last word: errors
-    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more. Those of
-    a late gyro are so at any length: a motion that was smoothed by the compass does not show what the gyro shows.
+    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more.
     """
     unseen = prepared.validate
     spread = _spread((*prepared.identify, *unseen))
