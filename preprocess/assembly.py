@@ -45,7 +45,12 @@ class Made:
 
 
 def process(
-    g: Gathered, vessel: Vessel, bounds: tuple[float, float], smoothing: Smoothing | None = None
+    g: Gathered,
+    vessel: Vessel,
+    bounds: tuple[float, float],
+    smoothing: Smoothing | None = None,
+    *,
+    by_response: bool = True,
 ) -> Made:
     """Make one part of a log into the pieces of a trial.
 
@@ -56,6 +61,8 @@ def process(
     bounds : (start, end) s
     smoothing : Smoothing, optional
         How the motion is made; samples, levels and clocks are judged by the default smoother in any case.
+    by_response : bool
+        Tell clocks by a model of the response too.
     """
     judged = {k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()}
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
@@ -86,7 +93,7 @@ def process(
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
-    offsets = clock_offsets(heading, track, table, segments, None if turning else inputs)
+    offsets = clock_offsets(heading, track, table, segments, inputs if by_response and not turning else None)
     offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)

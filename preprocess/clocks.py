@@ -38,8 +38,8 @@ def clock_offsets(
         Smoothed, as in a trial.
     segments : tuple of (start, end)
     inputs : mapping of str to Measurement or None
-        None where their forces turn with an azimuth, which the models of the response cannot follow: then only the
-        kinematics speak.
+        None where only the kinematics are to speak: models of the response are not wanted, or cannot follow, as where
+        forces turn with an azimuth.
     """
     found = [yaw_rate_offset(heading, segments)]
     if inputs is not None:

@@ -48,6 +48,8 @@ def make_trials(
     sensors: Mapping[str, Sensor],
     tell: Callable[[str, float], None] = lambda _name, _share: None,
     smoothing: Smoothing | None = None,
+    *,
+    by_response: bool = True,
 ) -> tuple[Trial, ...]:
     """Clean, align and smooth the logs of a campaign.
 
@@ -63,6 +65,8 @@ def make_trials(
         Told the name of each log as it begins, and the share (0…1) of the work that is done.
     smoothing : Smoothing, optional
         The smoother, where it is not the default.
+    by_response : bool
+        Tell clocks by a model of the response too: not worth its time where a diagnosis follows, which does so better.
 
     Returns
     -------
@@ -87,7 +91,17 @@ def make_trials(
         tell(g.run.name, k / len(gathered))
         local = in_metres(g, origin)
         for role, low, high in parts(local):
-            whole = make_trial(local, vessel, tuple(inputs), role, (low, high), origin, first_utc, smoothing)
+            whole = make_trial(
+                local,
+                vessel,
+                tuple(inputs),
+                role,
+                (low, high),
+                origin,
+                first_utc,
+                smoothing,
+                by_response=by_response,
+            )
             named = g.run.manoeuvre is not None or g.run.slice is not None
             trials += [whole] if named else cut_at_manoeuvres(whole)
     return with_excitation(trials)
@@ -190,11 +204,13 @@ def make_trial(
     origin: tuple[float, float] | None,
     first_utc: int | None,
     smoothing: Smoothing | None = None,
+    *,
+    by_response: bool = True,
 ) -> Trial:
     """One part of one log, cleaned and smoothed."""
     from preprocess.assembly import process
 
-    made = process(g, vessel, bounds, smoothing)
+    made = process(g, vessel, bounds, smoothing, by_response=by_response)
     return Trial(
         name=g.run.name,
         role=role,

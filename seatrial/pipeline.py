@@ -77,7 +77,9 @@ def run(
         sensors = {s.quantity: s for s in campaign.sensors}
         tell = partial(watch, "preprocess")
         runs = runs_of(campaign, logs)
-        trials = make_trials(runs, campaign.vessel, campaign.inputs, sensors, tell, campaign.smoothing)
+        trials = make_trials(
+            runs, campaign.vessel, campaign.inputs, sensors, tell, campaign.smoothing, by_response=not loop
+        )
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
     name, said = chosen_model(trials, campaign.model, watch)
