@@ -12,6 +12,7 @@ from ingest.sender import sender_of
 from preprocess import frames
 from preprocess.accelerations import Accelerations, find_accelerations
 from preprocess.actuators import read_input
+from preprocess.cores import side_by_side
 from preprocess.cutting import cut_at_manoeuvres
 from preprocess.excitation import with_excitation
 from preprocess.raw import Raw, read_raw
@@ -86,25 +87,22 @@ def make_trials(
     gathered = [gather(run, vessel, inputs, sensors) for run in runs]
     origin = origin_of(gathered)
     first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
-    trials: list[Trial] = []
-    for k, g in enumerate(gathered):
-        tell(g.run.name, k / len(gathered))
-        local = in_metres(g, origin)
-        for role, low, high in parts(local):
-            whole = make_trial(
-                local,
-                vessel,
-                tuple(inputs),
-                role,
-                (low, high),
-                origin,
-                first_utc,
-                smoothing,
-                by_response=by_response,
-            )
-            named = g.run.manoeuvre is not None or g.run.slice is not None
-            trials += [whole] if named else cut_at_manoeuvres(whole)
-    return with_excitation(trials)
+    local = [in_metres(g, origin) for g in gathered]
+    todo = [(g, part) for g in local for part in parts(g)]
+
+    def made(one: tuple[Gathered, tuple[str, float, float]]) -> list[Trial]:
+        g, (role, low, high) = one
+        whole = make_trial(
+            g, vessel, tuple(inputs), role, (low, high), origin, first_utc, smoothing, by_response=by_response
+        )
+        named = g.run.manoeuvre is not None or g.run.slice is not None
+        return [whole] if named else list(cut_at_manoeuvres(whole))
+
+    names = [g.run.name for g in local]
+    trials = side_by_side(
+        made, todo, lambda one: tell(one[0].run.name, names.index(one[0].run.name) / len(names))
+    )
+    return with_excitation([t for each in trials for t in each])
 
 
 def gather(

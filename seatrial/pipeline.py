@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ingest import read_log
 from ingest.log import Log
+from preprocess.cores import on_cores
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
@@ -52,7 +53,7 @@ def run(
     seed : int
         Same seed, same results.
     workers : int
-        Processes that read logs. From a script, more than one needs ``if __name__ == "__main__":``.
+        Processes on this machine. From a script, more than one needs ``if __name__ == "__main__":``.
     loop : bool
         Search for what the model lacks.
     materiality : float
@@ -72,14 +73,19 @@ def run(
         check_replaceable(Path(out))
     forget_stale_code()
     watch = Stopwatch(progress)
+    with on_cores(workers):
+        results = _results(campaign, workers, seed, loop, materiality, watch)
+    if out is not None:
+        write(results, Path(out), watch)
+    return results
+
+
+def _results(
+    campaign: Campaign, workers: int, seed: int, loop: bool, materiality: float, watch: Stopwatch
+) -> Results:
+    """From the bytes of the logs to what is known of the vessel."""
     logs = read_logs(campaign, workers, watch)
-    with watch.during("preprocess"):
-        sensors = {s.quantity: s for s in campaign.sensors}
-        tell = partial(watch, "preprocess")
-        runs = runs_of(campaign, logs)
-        trials = make_trials(
-            runs, campaign.vessel, campaign.inputs, sensors, tell, campaign.smoothing, by_response=not loop
-        )
+    trials = _trials(campaign, logs, watch, by_response=not loop)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
     name, said = chosen_model(trials, campaign.model, watch)
@@ -93,7 +99,7 @@ def run(
         materiality=materiality,
         progress=watch,
     )
-    results = Results(
+    return Results(
         campaign=str(campaign.path),
         logs=tuple(logs),
         trials=tuple(trials),
@@ -108,9 +114,18 @@ def run(
         equations=found.equations,
         papers=found.papers,
     )
-    if out is not None:
-        write(results, Path(out), watch)
-    return results
+
+
+def _trials(
+    campaign: Campaign, logs: Sequence[Log], watch: Stopwatch, by_response: bool
+) -> tuple[Trial, ...]:
+    """The trials of a campaign's logs."""
+    with watch.during("preprocess"):
+        sensors = {s.quantity: s for s in campaign.sensors}
+        return make_trials(
+            runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors, partial(watch, "preprocess"),
+            campaign.smoothing, by_response=by_response,
+        )  # fmt: skip
 
 
 def chosen_model(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TypeVar
@@ -16,6 +16,7 @@ from identify.regression import start_by_regression
 from identify.settled import settled
 from identify.structure import Structure
 from identify.windows import Problem
+from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.pace import Pace
@@ -90,26 +91,35 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     if base.chi2_per_dof < FAR:
         return _alive(_nearly(base, finalists, pace))
     some = thinned(base)
-    runners = _alive([(s, went_on(begun(some, s), 3)) for s in _told(finalists, pace)])
+    known = _known(some, finalists)
+    begin = side_by_side(lambda s: went_on(begun(some, s), 3), finalists, partial(_tell, pace), known)
+    runners = _alive(list(zip(finalists, begin, strict=True)))
     promising = [s.active.label for s in finalists[:PROMISING]]
     ahead = [(s, f) for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising]
     pace.expect(len(ahead), pace.left)
-    whole = (_slack(base, _whole(base, fit)) for fit in _told([f for _, f in ahead], pace))
+    known = _known(base, [s for s, _ in ahead])
+    whole = side_by_side(
+        lambda a: _slack(base, _whole(base, a[1])), ahead, lambda a: _tell(pace, a[0]), known
+    )
     return _alive(list(zip([s for s, _ in ahead], whole, strict=True)))
 
 
-def _told(items: Iterable[Item], pace: Pace) -> Iterator[Item]:
-    """The items; each is told as its refit begins."""
-    for item in items:
-        active = item.active if isinstance(item, Screened) else item.solution.structure.actives[-1]
-        pace(f"trying {active.label}")
-        yield item
+def _known(base: Fitted, finalists: Sequence[Screened]) -> list[object]:
+    """What refits of some finalists have in common with what they began from."""
+    s, problem = base.solution.structure, base.problem
+    causes = [*s.actives, *(f.active for f in finalists)]
+    return [problem, *problem.stretches, s, s.model, s.vessel, s.inputs, s.setting, *causes]
+
+
+def _tell(pace: Pace, screened: Screened) -> None:
+    pace(f"trying {screened.active.label}")
 
 
 def _nearly(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
     """Refits one after the other; what cannot come near the best so far is given up."""
     runners, target = [], np.inf
-    for screened in _told(finalists, pace):
+    for screened in finalists:
+        _tell(pace, screened)
         fit = _slack(base, refit(base, screened, target=target))
         runners.append((screened, fit))
         target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))
