@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from identify.base_fit import (
     free_running_misfit,
     window_length,
 )
+from identify.in_common import in_common
 from identify.left_out import joined_regularised
 from identify.noise import calibrated
 from identify.output_error import prior_for
@@ -27,6 +29,7 @@ from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import cut
 from ingest.errors import NotIdentifiable
+from preprocess.cores import side_by_side
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -45,11 +48,15 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
     fitted = fit_from_scratch(structure, stretches)
     if not fitted.is_far:
         return fitted
-    found = [fitted]
-    for way in QUICK_WAYS:
-        with suppress(NotIdentifiable):
-            found.append(way(structure, stretches))
-    return min(found, key=_astray)
+    quick = side_by_side(partial(_tried, structure, stretches), QUICK_WAYS, shared=in_common(fitted))
+    return min((fitted, *(f for f in quick if f is not None)), key=_astray)
+
+
+def _tried(structure: Structure, stretches: tuple[Stretch, ...], way: Way) -> Fitted | None:
+    """The fit of a way, where it gives one."""
+    with suppress(NotIdentifiable):
+        return way(structure, stretches)
+    return None
 
 
 def fit_far_from_noise(

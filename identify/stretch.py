@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -89,6 +89,10 @@ class Stretch:
     samples: Samples
     observed: Mapping[str, float] = field(default_factory=dict)
     swell: Swell | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what is remembered can be made again elsewhere."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def grid(self) -> FloatArray:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +55,10 @@ class Problem:
     length: float
     workers: int = 2
     unlogged: Unlogged | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what is remembered can be made again elsewhere."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def whitening(self) -> Whitening | None:

@@ -15,6 +15,7 @@ from identify.output_error import Prior, prior_for, reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure
 from identify.windows import moments
+from preprocess.cores import side_by_side
 from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -81,12 +82,13 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     some = thinned(fitted)
     base = _best_cost(some)
     share = some.problem.rows / fitted.problem.rows
-    found = []
-    for active in actives:
+
+    def look(active: Active) -> Screened:
         looks = (_screen_at(some, active, start, base) for start in _starts(fitted, active))
         best = max(looks, key=lambda x: x.gain)
-        found.append(replace(best, gain=best.gain / share))
-    return found
+        return replace(best, gain=best.gain / share)
+
+    return side_by_side(look, actives, shared=actives)
 
 
 def thinned(fitted: Fitted) -> Fitted:

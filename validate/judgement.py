@@ -11,9 +11,11 @@ from scipy import stats
 from identify import kernel
 from identify.base_fit import FAR, NEAR, SHORT, Fitted, free_running_misfit, roughly
 from identify.first_states import first_states
+from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.structure import Structure
+from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
@@ -88,7 +90,9 @@ def judge(
     if base.chi2_per_dof > CONVERGES:
         refitted = sorted(refitted, key=lambda x: x[1].solution.total)
         pace.expect(2 * AGAIN + 1, pace.left)
-        refitted = [(s, anew(f, pace)) for s, f in refitted[:AGAIN]] + refitted[AGAIN:]
+        best_few = [f for _, f in refitted[:AGAIN]]
+        again = side_by_side(anew, best_few, lambda f: pace(f"anew: {_last(f)}"), in_common(*best_few))
+        refitted = [(s, f) for (s, _), f in zip(refitted, again, strict=False)] + refitted[AGAIN:]
     pace("without what did best")
     best = min(refitted, key=lambda x: x[1].solution.total)[1]
     base = better_base(base, best)
@@ -116,11 +120,15 @@ def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> lis
     return sorted(found, key=lambda x: x[1].solution.total)
 
 
-def anew(fitted: Fitted, pace: Pace, rounds: int = 2) -> Fitted:
+def _last(fitted: Fitted) -> str:
+    """Label of the effect that was added last."""
+    return fitted.solution.structure.actives[-1].label
+
+
+def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
     """The better of a fit and of others begun roughly with its effects' values, under the same weights."""
     structure, best = fitted.solution.structure, fitted
     for _ in range(rounds):
-        pace(f"anew: {structure.actives[-1].label}")
         p = effects_alone(structure, best.solution.p)
         rough = roughly(structure, fitted.problem.stretches, p, min(SHORT, fitted.problem.length))
         other = begun_at(fitted, rough, 20)

@@ -9,9 +9,11 @@ import numpy as np
 from identify.base_fit import Fitted, fit_from_scratch, window_length
 from identify.effect import Active
 from identify.first_states import first_states
+from identify.in_common import in_common
 from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure
+from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
 from validate.judgement import INDISTINCT, effects_alone, significance
 from validate.refits import step_tolerance, under
@@ -107,8 +109,11 @@ def standing(fitted: Fitted, index: int) -> Standing:
     gain = loss_without(fitted, index)
     among = {s.name for s in fitted.problem.stretches}
     rivals = [a for a in candidates(structure.without(index)) if _acting(a, among) != _acting(active, among)]
-    tried = [(a, _as_good(fitted, index, a)) for a in _overlapping(fitted, index, rivals, gain)]
-    near = [(a, fit) for a, fit in tried if fit is not None]
+    close = _overlapping(fitted, index, rivals, gain)
+    tried = side_by_side(
+        lambda a: _as_good(fitted, index, a), close, shared=[*in_common(fitted), *(a.active for a in close)]
+    )
+    near = [(a, fit) for a, fit in zip(close, tried, strict=True) if fit is not None]
     p_value = significance(gain, len(departure(fitted, index)[0]), len(rivals) + 1)
     names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))

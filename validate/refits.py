@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
 from identify.base_fit import FAR, SHORT, Fitted, roughly
 from identify.first_states import first_states
+from identify.in_common import in_common
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
 from identify.settled import settled
@@ -23,13 +23,14 @@ from validate.pace import Pace
 from validate.scan import best_value
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-Item = TypeVar("Item", Screened, Fitted)
 
 #: Below this cost per degree of freedom a refit converges from where the base is.
 CONVERGES = 1.5
 #: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
 #: steps, in which one that began far from the base's own optimum may not have caught up.
 RUNNERS, PROMISING = 4, 4
+#: Near the noise so many are refitted before one is given up because it cannot reach what another has.
+FEW = 2
 
 
 def step_tolerance(fitted: Fitted) -> float:
@@ -91,39 +92,38 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     if base.chi2_per_dof < FAR:
         return _alive(_nearly(base, finalists, pace))
     some = thinned(base)
-    known = _known(some, finalists)
-    begin = side_by_side(lambda s: went_on(begun(some, s), 3), finalists, partial(_tell, pace), known)
-    runners = _alive(list(zip(finalists, begin, strict=True)))
+    runners = _beside(some, finalists, lambda s: went_on(begun(some, s), 3), pace)
     promising = [s.active.label for s in finalists[:PROMISING]]
-    ahead = [(s, f) for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising]
+    ahead = {id(s): f for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising}
     pace.expect(len(ahead), pace.left)
-    known = _known(base, [s for s, _ in ahead])
-    whole = side_by_side(
-        lambda a: _slack(base, _whole(base, a[1])), ahead, lambda a: _tell(pace, a[0]), known
+    return _beside(
+        base,
+        [s for s, _ in runners if id(s) in ahead],
+        lambda s: _slack(base, _whole(base, ahead[id(s)])),
+        pace,
     )
-    return _alive(list(zip([s for s, _ in ahead], whole, strict=True)))
 
 
-def _known(base: Fitted, finalists: Sequence[Screened]) -> list[object]:
-    """What refits of some finalists have in common with what they began from."""
-    s, problem = base.solution.structure, base.problem
-    causes = [*s.actives, *(f.active for f in finalists)]
-    return [problem, *problem.stretches, s, s.model, s.vessel, s.inputs, s.setting, *causes]
-
-
-def _tell(pace: Pace, screened: Screened) -> None:
-    pace(f"trying {screened.active.label}")
+def _beside(
+    base: Fitted, screened: Sequence[Screened], refitted: Callable[[Screened], Fitted], pace: Pace
+) -> list[tuple[Screened, Fitted]]:
+    """Refits of some candidates, one beside the other; the best first."""
+    known = [*in_common(base), *(s.active for s in screened)]
+    found = side_by_side(refitted, screened, lambda s: pace(f"trying {s.active.label}"), known)
+    return _alive(list(zip(screened, found, strict=True)))
 
 
 def _nearly(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
-    """Refits one after the other; what cannot come near the best so far is given up."""
-    runners, target = [], np.inf
-    for screened in finalists:
-        _tell(pace, screened)
-        fit = _slack(base, refit(base, screened, target=target))
-        runners.append((screened, fit))
-        target = min(target, _total(fit.solution) + 0.5 * target_gap(base, fit))
-    return runners
+    """Refits in turn, a few beside each other; what cannot come near the best of those before is given up."""
+    found: list[tuple[Screened, Fitted]] = []
+
+    def refitted(target: float, screened: Screened) -> Fitted:
+        return _slack(base, refit(base, screened, target=target))
+
+    for k in range(0, len(finalists), FEW):
+        target = min((_total(f.solution) + 0.5 * target_gap(base, f) for _, f in found), default=np.inf)
+        found += _beside(base, finalists[k : k + FEW], partial(refitted, target), pace)
+    return found
 
 
 def _slack(base: Fitted, fit: Fitted) -> Fitted:

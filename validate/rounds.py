@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import recalibrated
+from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
 from validate.exchange import in_likeliest_form
 from validate.judgement import Judged, at_bound, effects_alone, judge, worthwhile
@@ -106,7 +107,8 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
     forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
         forms.setdefault(_form(candidate), []).append(candidate)
-    return [s for alike in forms.values() for s in _likely(fitted, alike)]
+    likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=screened)
+    return [s for alike in likely for s in alike]
 
 
 def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
