@@ -134,11 +134,12 @@ def fit_from_scratch(
     found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
-    found = _calibrated(found, rounds)
+    first, found = found, _calibrated(found, rounds)
     if p is None and found.chi2_per_dof > NEAR and any(couples(t) for t in structure.table.terms):
         with suppress(NotIdentifiable):
             again = _grown(structure, stretches, begin(apart=True), length)
-            found = _farther(found, _calibrated(again, rounds))
+            if _farther(first, again) is again:
+                found = _farther(found, _calibrated(again, rounds))
     return _straight(found, rounds)
 
 
@@ -210,7 +211,7 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
     problem, prior, solution = fitted.problem, fitted.prior, fitted.solution
     for k in range(rounds + 1):
         solution = _gone_on(problem, solution, prior)
-        if k and solution.stayed:
+        if k and (solution.stayed or far_off(problem, solution)):
             break
         problem = calibrated_anew(problem, solution)
     if problem.unlogged is not None and problem.unlogged.rounded is not None:

@@ -24,12 +24,16 @@ Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises."""
+    """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises.
+
+    ``wanted`` is what the accelerations gain by it and the parameters that they want, where these were asked.
+    """
 
     active: Active
     p: FloatArray
     unmoved: FloatArray
     gain: float
+    wanted: tuple[float, FloatArray] | None = None
 
 
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:

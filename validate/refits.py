@@ -29,6 +29,8 @@ CONVERGES = 1.5
 #: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
 #: steps, in which one that began far from the base's own optimum may not have caught up.
 RUNNERS, PROMISING = 4, 4
+#: So many of the candidates that promise most are begun before the others.
+FIRST = 10
 #: Near the noise so many are refitted before one is given up because it cannot reach what another has.
 FEW = 2
 
@@ -62,7 +64,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
     problem = base.problem
-    value = best_value(structure, problem.stretches, screened.unmoved)
+    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
@@ -88,20 +90,33 @@ def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
 
 
 def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
-    """Refits of the finalists; far from the noise, those that fall behind over part of the windows are left there."""
+    """Refits of the finalists, best first.
+
+    Far from the noise, those that fall behind over part of the windows are left there; and where one of those that
+    promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
+    """
     if base.chi2_per_dof < FAR:
         return _alive(_nearly(base, finalists, pace))
-    some = thinned(base)
-    runners = _beside(some, finalists, lambda s: went_on(begun(some, s), 3), pace)
-    promising = [s.active.label for s in finalists[:PROMISING]]
-    ahead = {id(s): f for k, (s, f) in enumerate(runners) if k < RUNNERS or s.active.label in promising}
-    pace.expect(len(ahead), pace.left)
-    return _beside(
-        base,
-        [s for s, _ in runners if id(s) in ahead],
-        lambda s: _slack(base, _whole(base, ahead[id(s)])),
-        pace,
-    )
+    some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
+    runners: list[tuple[Screened, Fitted]] = []
+    whole: list[tuple[Screened, Fitted]] = []
+    for part in (finalists[:FIRST], finalists[FIRST:]):
+        runners = _alive([*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
+        ahead = [r for k, r in enumerate(runners) if k < RUNNERS or id(r[0]) in promising]
+        whole += _taken_on(base, ahead, {id(s) for s, _ in whole}, pace)
+        if any(f.chi2_per_dof < CONVERGES for _, f in whole):
+            break
+    return _alive(whole)
+
+
+def _taken_on(
+    base: Fitted, ahead: Sequence[tuple[Screened, Fitted]], done: set[int], pace: Pace
+) -> list[tuple[Screened, Fitted]]:
+    """Fits on some windows taken on to all of the base's, but for those that are ``done`` (by identity)."""
+    part = {id(s): f for s, f in ahead if id(s) not in done}
+    pace.expect(len(part), pace.left)
+    best = [s for s, _ in ahead if id(s) in part]
+    return _beside(base, best, lambda s: _slack(base, _whole(base, part[id(s)])), pace)
 
 
 def _beside(

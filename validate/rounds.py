@@ -107,7 +107,8 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
     forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
         forms.setdefault(_form(candidate), []).append(candidate)
-    likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=screened)
+    causes = [s.active for s in screened]
+    likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=causes)
     return [s for alike in likely for s in alike]
 
 
@@ -116,11 +117,14 @@ def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
     if len(alike) == 1:
         return alike
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    gains = [
-        max(0.0, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)[0])
+    asked = [
+        (s, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved))
         for s in alike[:MOST_INPUTS]
     ]
-    return [s for s, gain in zip(alike, gains, strict=False) if gain >= max(gains) - WORTH][:UNDECIDED]
+    most = max(0.0, *(gain for _, (gain, _) in asked))
+    return [replace(s, wanted=wanted) for s, wanted in asked if max(0.0, wanted[0]) >= most - WORTH][
+        :UNDECIDED
+    ]
 
 
 def astray(fitted: Fitted) -> bool:

@@ -33,13 +33,18 @@ WORTH = 0.05
 
 
 def best_value(
-    structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
+    structure: Structure,
+    stretches: Sequence[Stretch],
+    p: FloatArray,
+    index: int = -1,
+    asked: tuple[float, FloatArray] | None = None,
 ) -> FloatArray | None:
     """Parameters (np,) with an effect's own where the accelerations want them, the others as in ``p``.
 
-    None where there is nothing to look at, or where no value is clearly better than none.
+    None where there is nothing to look at, or where no value is clearly better than none. ``asked`` is what
+    ``gain_and_value`` says, where it is known already.
     """
-    gain, best = gain_and_value(structure, stretches, p, index)
+    gain, best = asked or gain_and_value(structure, stretches, p, index)
     return best if gain > WORTH else None
 
 
