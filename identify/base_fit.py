@@ -199,7 +199,8 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
             enough = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
             tolerance = max(enough, far_off(problem, latest))
             latest = solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
-            problem = calibrated_anew(problem, solution, fine=False)
+            far = far_off(problem, solution) > 0.0
+            problem = calibrated(problem, solution) if far else calibrated_anew(problem, solution, fine=False)
             p, first = solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break

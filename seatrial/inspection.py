@@ -18,7 +18,8 @@ QUANTITIES = ("position", "heading", "yaw_rate", "velocity", "wind", "depth")
 #: What fields that hold actuators are called.
 INPUT_NAMES = re.compile(
     r"servo\d+_raw$|^RCOU\d?\.C\d+$|actuator_(outputs|motors|servos)|rudder|helm|steer|tiller|throttle|thrust|"
-    r"azimuth|propeller|\brpm|rpm$|motor\d|(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|"
+    r"azimuth|pod ?\d*[ _.](angle|speed|rpm)|nozzle|bucket|propeller|\brpm|rpm$|motor\d|"
+    r"(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|"
     r"(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
     re.IGNORECASE,
 )
@@ -173,9 +174,9 @@ def detected(log: Log, quantity: str, source: Source) -> Candidate:
     names = " + ".join(f"{prefix}{f}" for f in source.fields.values())
     ends = range_of(table[next(iter(source.fields.values()))]) if len(source.fields) == 1 else (None, None)
     rate = rate_of(table.dropna(subset=list(source.fields.values())))
-    return Candidate(
-        quantity, names, source.unit, source.device, rate, *ends, quality=quality_of(source, table)
-    )
+    units = dict.fromkeys(log.units.get((source.topic, f), "") for f in source.fields.values())
+    unit = ", ".join(u for u in units if u) if len(units) > 1 else source.unit
+    return Candidate(quantity, names, unit, source.device, rate, *ends, quality=quality_of(source, table))
 
 
 def quality_of(source: Source, table: pd.DataFrame) -> str:
@@ -212,7 +213,6 @@ def input_candidates(log: Log) -> Iterator[Candidate]:
 def named_inputs(log: Log) -> Iterator[Candidate]:
     """Fields whose names are those of actuators."""
     for topic, table in log.tables.items():
-        rate = rate_of(table)
         for column in map(str, table.columns):
             signal = f"{topic}.{column}" if topic else column
             if column == SOURCE or not INPUT_NAMES.search(signal) or NO_INPUT.search(signal):
@@ -221,7 +221,8 @@ def named_inputs(log: Log) -> Iterator[Candidate]:
             for name, values in elements(signal, table[column]):
                 low, high = range_of(values)
                 if low is not None:
-                    yield Candidate("input", name, unit, None, rate, low, high)
+                    said = table.loc[values.notna().to_numpy()]
+                    yield Candidate("input", name, unit, None, rate_of(said), low, high)
 
 
 def elements(signal: str, values: pd.Series) -> Iterator[tuple[str, pd.Series]]:

@@ -41,6 +41,7 @@ TRIALS = {
     "nmea2000": ("usv", "candump"),
     "ros2": ("tug", "mcap-joints"),
     "serial": ("usv", "nmea0183-epochs"),
+    "csv": ("usv", "csv"),
     "sail-and-identify": ("usv", "nmea0183"),
     "choose-a-model": ("usv", "tlog"),
     "read-a-verdict": ("usv", "tlog"),

@@ -81,3 +81,18 @@ def test_what_a_receiver_says_of_itself_is_shown(tmp_path):
     path.write_text("".join(lines))
     position = next(c for c in inspect_log(ReaderChoice().read(path)).candidates if c.quantity == "position")
     assert position.quality == "25 % flagged bad, 14 satellites, HDOP 0.8, ± 0.035 m"
+
+
+def test_a_column_that_is_not_filled_in_every_line_has_a_rate_of_its_own(tmp_path):
+    lines = ["t;Lat [deg];Lon [deg];SOG [kn];COG [deg];Heading [deg];Pod1 angle [deg];Jet nozzle [deg]"]
+    for k in range(200):
+        fix = f"{57 + 1e-6 * k:.6f};24.9;3.0;0.0" if k % 4 == 0 else ";;;"
+        order = f"{k % 20};{k % 7}" if k % 2 == 0 else ";"
+        lines.append(f"{0.05 * k:.2f};{fix};{k % 360};{order}")
+    path = tmp_path / "sparse.csv"
+    path.write_text("\n".join(lines) + "\n")
+    found = {c.signal: c for c in inspect_log(chosen_for(path, ReaderChoice()).read(path)).candidates}
+    assert found["Pod1 angle [deg]"].rate_hz == pytest.approx(10.0, rel=0.01)
+    assert found["Jet nozzle [deg]"].rate_hz == pytest.approx(10.0, rel=0.01)
+    assert found["Lat [deg] + Lon [deg]"].rate_hz == pytest.approx(5.0, rel=0.01)
+    assert found["SOG [kn] + COG [deg]"].unit == "kn, deg"
