@@ -9,6 +9,8 @@ from typing import Any
 
 from reference_markup import code, table
 
+from identify.effect import Parameter
+
 CONTENT = {
     "tlog": "MAVLink telemetry log of a ground station",
     "dataflash": "ArduPilot's log on board",
@@ -133,7 +135,10 @@ def effects() -> list[str]:
     )
     for effect in EFFECTS:
         lines += [f"## {effect.name}", "", effect.sentence, "", "```text", effect.equation, "```", ""]
-        rows = [(code(p.name), p.unit, bounds(p.bounds), f"{p.null:g}") for p in effect.parameters]
+        rows = [
+            (code(p.name), p.unit, "on board" if p.within else bounds(p.bounds), f"{p.null:g}")
+            for p in effect.parameters
+        ]
         lines += table(("searched parameter", "unit", "possible", "not there at"), rows) if rows else []
         if effect.reported:
             names = ", ".join(f"`{n}` ({u})" for n, u in effect.reported.items())
@@ -146,6 +151,10 @@ def effects() -> list[str]:
 def bounds(pair: tuple[float, float]) -> str:
     low, high = (f"{b:.4g}" if abs(b) < 1e300 else "" for b in pair)
     return f"{low} … {high}" if low or high else "any"
+
+
+def _possible(parameter: Parameter) -> str:
+    return "on board" if parameter.within else bounds(parameter.bounds)
 
 
 def methods() -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,8 @@ class Parameter:
     shape : bool
         Whether it says of what kind an effect is (a period), not how much of it there is: at ``null`` it need not be
         nothing.
+    within : callable, optional
+        ``within(vessel) -> (low, high)``: bounds that depend on the vessel, in place of ``bounds``.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Parameter:
     relative: bool = False
     known: float = np.inf
     shape: bool = False
+    within: Callable[[Vessel], tuple[float, float]] | None = None
 
 
 @dataclass(frozen=True)
@@ -181,6 +184,12 @@ class Effect:
     variants: Callable[[Setting], list[Variant]] = everywhere
     report: Callable[[Values], Mapping[str, float]] | None = None
     reported: Mapping[str, str] = field(default_factory=dict)
+
+
+def whole(variant: Variant) -> list[Variant]:
+    """The other form of an effect on loading: with Coriolis terms, or without."""
+    options = {k: v for k, v in variant.options.items() if k != "form"}
+    return [replace(variant, options=options if "form" in variant.options else {**options, "form": "whole"})]
 
 
 @dataclass(frozen=True)

@@ -78,11 +78,26 @@ def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) 
 
 
 def _late(out: FloatArray, h: float, clocks: Sequence[float]) -> FloatArray:
-    """Columns (n, 6), each shifted by its stream's clock offset."""
+    """Columns (n, 6), each shifted by its stream's clock offset; pose goes on in a straight line beyond the ends."""
     if not any(clocks):
         return out
-    t = h * np.arange(len(out))
-    return np.column_stack([np.interp(t - c, t, column) for c, column in zip(clocks, out.T, strict=True)])
+    t = h * np.arange(len(out), dtype=np.float64)
+    return np.column_stack(
+        [
+            _at(np.asarray(t - c), t, column, k < 3)
+            for k, (c, column) in enumerate(zip(clocks, out.T, strict=True))
+        ]
+    )
+
+
+def _at(when: FloatArray, t: FloatArray, column: FloatArray, pose: bool) -> FloatArray:
+    """A column (n,) on the grid ``t`` at other times; that of a pose beyond the ends as it was there."""
+    found = np.interp(when, t, column)
+    if pose and len(t) > 1:
+        for end, slope in ((0, column[1] - column[0]), (-1, column[-1] - column[-2])):
+            beyond = when < t[0] if end == 0 else when > t[-1]
+            found[beyond] += slope / (t[1] - t[0]) * (when[beyond] - t[end])
+    return np.asarray(found, dtype=float)
 
 
 def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:

@@ -159,7 +159,7 @@ class Structure:
             ]
             k += len(free)
             slots += [
-                Slot(p.name, e, scaled(p, active, self.amplitudes), prior=_known(p))
+                Slot(p.name, e, bounded(scaled(p, active, self.amplitudes), self.vessel), prior=_known(p))
                 for p in active.effect.parameters
             ]
             if active.effect.fixed_terms:
@@ -238,6 +238,11 @@ def scaled(parameter: Parameter, active: Active, amplitudes: dict[str, float]) -
         return parameter
     a = amplitudes.get(active.variant.input, 1.0) or 1.0
     return replace(parameter, scale=parameter.scale * a, starts=tuple(s * a for s in parameter.starts))
+
+
+def bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
+    """The parameter with the bounds that it has on a vessel."""
+    return parameter if parameter.within is None else replace(parameter, bounds=parameter.within(vessel))
 
 
 def structure_for(

@@ -16,9 +16,10 @@ _N2K = ("positionRapidUpdate", "gnssPositionData", "cogSogRapidUpdate")
 def sender_of(log: Log, source: Source) -> str:
     """Name of the receiver that a position or velocity comes from, else of the message.
 
-    A satellites' receiver sends both in several sentences of one epoch (NMEA 0183, UBX, NMEA 2000); elsewhere what
-    stands in one message is of one moment. A row of a table is no message: there, velocities along the hull's axes are
-    those of another sensor, and velocities over ground those of the receiver.
+    A satellites' receiver sends both in several sentences of one epoch (NMEA 0183, UBX, NMEA 2000), or in several
+    topics with the same stamps (ROS); elsewhere what stands in one message is of one moment. A row of a table is no
+    message: there, velocities along the hull's axes are those of another sensor, and velocities over ground those of
+    the receiver.
     """
     from ingest.marine.definitions import GNSS_TALKERS
 
@@ -33,5 +34,19 @@ def sender_of(log: Log, source: Source) -> str:
         found = np.unique(table[SOURCE].dropna().to_numpy(np.int64))
         own = source.device if source.device is not None else int(found[0]) if len(found) == 1 else None
         return source.topic if own is None else f"receiver [{own}]"
+    if source.topic.startswith("/"):
+        return _first_of_epoch(log, source.topic)
     along = "forward" in source.fields and not source.topic
     return f"{source.topic}{device}" + (" along the hull" if along else "")
+
+
+def _first_of_epoch(log: Log, topic: str) -> str:
+    """The first, by name, of the topics that have the stamps of one, but for some that were lost."""
+    stamps = log.tables[topic].index.to_numpy()
+    return min(t for t, table in log.tables.items() if t == topic or _same(stamps, table.index.to_numpy()))
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two series of stamps are the same, but for a tenth of each at most."""
+    shared = np.isin(one, other).sum()
+    return bool(min(len(one), len(other)) > 0 and shared > 0.9 * max(len(one), len(other)))

@@ -318,3 +318,13 @@ def test_loading_acts_in_its_logs_alone(name, values, form, roles):
     changed = drive(structure, p, replace(stretch, name="b")).coefficients
     for term, a, b in zip(structure.table.terms, changed, same, strict=True):
         assert a == pytest.approx(roles[term.role] * b)
+
+
+def test_an_antenna_is_looked_for_on_board_only():
+    structure, _, _, _ = with_effect("antenna_offset", {"x": 0.1, "y": 0.0})
+    vessel = structure.vessel
+    bounds = {s.name: s.parameter.bounds for s in structure.slots if s.effect == 0}
+    for k, (name, size) in enumerate((("x", vessel.length), ("y", vessel.beam))):
+        low, high = (b + vessel.antenna[k] for b in bounds[name])
+        assert low == -high
+        assert 0.5 * size < high < size + 0.5

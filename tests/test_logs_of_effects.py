@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
 import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
+from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects.sensors import MASS_CHANGE
+from identify.effects.water_and_air import SHALLOW_WATER
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate.exchange import in_likeliest_form
@@ -61,3 +64,21 @@ def test_an_unseen_log_says_itself_whether_the_vessel_was_loaded(said):
 def test_coriolis_terms_stay_where_the_measurements_say_so(form):
     fitted = fitted_with(loaded_in(1, 3), 1, **form).fitted
     assert "form" not in in_likeliest_form(fitted).solution.structure.actives[0].variant.options
+
+
+def test_shallow_water_has_coriolis_terms_grow_where_the_measurements_say_so():
+    prepared = loaded_in(1, 3)
+    names = prepared.structure.setting.logs
+    [stay, grow] = [
+        Active(SHALLOW_WATER, Variant(options={"logs": (names[1],), **form}))
+        for form in ({}, {"form": "whole"})
+    ]
+    values = np.where([s.effect < 0 for s in prepared.structure.with_effect(stay).slots], 1.0, 1.5)
+    factors = [
+        drive(prepared.structure.with_effect(a), values, prepared.identify[1]).factor for a in (stay, grow)
+    ]
+    roles = [t.role for t in prepared.structure.with_effect(stay).table.terms]
+    assert {f for f, role in zip(factors[0], roles, strict=True) if role == "hull"} == {1.5}
+    assert {f for f, role in zip(factors[0], roles, strict=True) if role == "inertial"} == {1.0}
+    assert {f for f, role in zip(factors[1], roles, strict=True) if role in ("hull", "inertial")} == {1.5}
+    assert SHALLOW_WATER.forms(grow.variant) == [stay.variant]

@@ -46,6 +46,20 @@ def test_what_stands_in_one_message_has_one_sender_but_a_row_of_a_table_is_none(
     assert one_sender({"/odometry": {}}, "/odometry", "/odometry", hull)
 
 
+def test_topics_with_the_stamps_of_one_epoch_have_one_sender():
+    fix = table(np.arange(60.0), list(FIX.columns), np.ones((60, len(FIX.columns))))
+    tables = {
+        "/gnss/fix": fix,
+        "/gnss/vel": fix.drop(fix.index[[3, 40]]),
+        "/dvl": fix.set_index(fix.index + 1000),
+        "/fast": pd.concat([fix, fix.set_index(fix.index + 7)]),
+    }
+    log = Log(Path("a"), "made", tables)
+    said = {t: sender_of(log, Source("velocity", t, OVER_GROUND, "deg")) for t in log.tables}
+    assert said["/gnss/fix"] == said["/gnss/vel"]
+    assert len({said["/gnss/fix"], said["/dvl"], said["/fast"]}) == 3
+
+
 @pytest.mark.parametrize(
     ("topic", "own", "late"), [("position", None, 0.4), ("vtg", None, 0.0), ("position", 0.1, 0.1)]
 )

@@ -90,3 +90,15 @@ def test_a_late_gyro_shows_only_where_the_smoother_followed_it():
         seen = shown(structure, d, stretch, motion)
         moved = np.abs(seen[:, 5] - motion[:, 5]).max()
         assert (moved > 0.01) if late == 0.0 else (moved < 1e-12)
+
+
+def test_a_late_receiver_shows_where_the_vessel_was_before_the_first_sample_too():
+    structure, p, _, _ = with_effect(
+        "clock_offset", {"offset": 0.35}, Variant(options={"stream": "position"})
+    )
+    stretch = stretch_of(MOTORS)
+    d = drive(structure, p, stretch)
+    motion = run(structure, d, stretch, FIRST)
+    seen = shown(structure, d, stretch, motion)
+    speed = np.hypot(*(motion[1, :2] - motion[0, :2])) / stretch.h
+    assert np.hypot(*(seen[0, :2] - motion[0, :2])) == pytest.approx(0.35 * speed, rel=1e-6)

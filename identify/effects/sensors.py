@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from functools import partial
 
-from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant
+from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant, whole
+from preprocess.vessel import Vessel
+
+#: An antenna is within this share of the vessel's length or beam from midships, and what a mast or a boom reaches, m.
+ABOARD, MAST = 0.6, 0.5
 
 HEADING_BIAS = Effect(
     "heading_bias", "sensor",
@@ -32,13 +36,20 @@ GYRO_BIAS = Effect(
     variants=lambda s: [Variant()] if "yaw_rate" in s.streams else [],
 )  # fmt: skip
 
+
+def _aboard(axis: int, vessel: Vessel) -> tuple[float, float]:
+    """How far an antenna can be from where it is declared, along the vessel (0) or across it (1), if it is on board."""
+    reach = MAST + ABOARD * (vessel.length, vessel.beam)[axis]
+    return -reach - vessel.antenna[axis], reach - vessel.antenna[axis]
+
+
 ANTENNA_OFFSET = Effect(
     "antenna_offset", "sensor",
     "logged position = position of the origin + R(ψ) (antenna + (x, y))",
     "The antenna is not where the campaign says it is.",
     "Measure the antenna from the origin, forward and to starboard.",
     "Groves 2013, sec. 3.4",
-    parameters=(Parameter("x", "m", 0.1, (-200.0, 200.0)), Parameter("y", "m", 0.1, (-200.0, 200.0))),
+    parameters=tuple(Parameter(n, "m", 0.1, within=partial(_aboard, k)) for k, n in enumerate("xy")),
     sensor=lambda p, _: SensorShift(antenna=(p["x"], p["y"])),
     variants=lambda s: [Variant()] if "position" in s.streams else [],
 )  # fmt: skip
@@ -92,12 +103,6 @@ def _lighter(values: Values, options: Mapping[str, object]) -> Loading:
     return Loading(inertial=others if options.get("form") == "whole" else 1.0, others=others)
 
 
-def _whole(variant: Variant) -> list[Variant]:
-    """The other form: with Coriolis terms, or without."""
-    options = {k: v for k, v in variant.options.items() if k != "form"}
-    return [replace(variant, options=options if "form" in variant.options else {**options, "form": "whole"})]
-
-
 MASS_CHANGE = Effect(
     "mass_change", "loading",
     "u̇, v̇, ṙ × 1/ratio in the logs named, less Coriolis terms or (form whole) with them",
@@ -106,6 +111,6 @@ MASS_CHANGE = Effect(
     "Fossen 2011, sec. 3.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
     loading=_lighter,
-    forms=_whole,
+    forms=whole,
     variants=_other_load,
 )  # fmt: skip

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
-from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant
+from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant, whole
 from identify.term import Term
 
 
@@ -84,13 +85,20 @@ def _shallow(setting: Setting) -> list[Variant]:
     return [Variant(options={"logs": (name,)}) for name in known] if len(known) > 1 else []
 
 
+def _heavier_water(values: Values, options: Mapping[str, object]) -> Loading:
+    """Coriolis terms, which are the water's only in part, stay; in the whole form they grow with the hull's."""
+    factor = values["factor"]
+    return Loading(inertial=factor if options.get("form") == "whole" else 1.0, hull=factor)
+
+
 SHALLOW_WATER = Effect(
     "shallow_water", "water",
-    "every coefficient of the hull × factor in the logs named",
+    "every coefficient of the hull × factor in the logs named, less Coriolis terms or (form whole) with them",
     "In shallow water the hull's resistance and damping grow.",
     "Log the depth; a depth below three draughts matters, below 1.5 draughts it dominates.",
     "Fossen 2011, sec. 6.4; ITTC 7.5-02-06-04",
     parameters=(Parameter("factor", "1", 0.1, (1.0, 10.0), null=1.0),),
-    loading=lambda p, _: Loading(hull=p["factor"]),
+    loading=_heavier_water,
+    forms=whole,
     variants=_shallow,
 )  # fmt: skip

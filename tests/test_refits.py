@@ -1,0 +1,59 @@
+"""Refits of candidates: the same on one core and on several, and no more of them than are asked for."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import FAR, fit_from_scratch
+from identify.prepare import prepare
+from preprocess.cores import on_cores
+from validate import refits
+from validate.candidates import candidates, screen
+from validate.pace import Pace
+from validate.refits import CONVERGES, FIRST, raced
+
+
+@cache
+def far_off():
+    """A fit of a vessel whose rudder is late, far from the noise, and its candidates."""
+    late = Effect("actuator_delay", {"delay": 1.0}, input="rudder")
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6, (late,))
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    assert fitted.chi2_per_dof > FAR
+    return fitted, screen(fitted, candidates(prepared.structure))
+
+
+def test_a_race_on_two_cores_gives_what_it_gives_on_one():
+    fitted, screened = far_off()
+    found = []
+    for count in (1, 2):
+        with on_cores(count):
+            found.append(raced(fitted, screened[:4], Pace()))
+    for (one, alone), (other, beside) in zip(*found, strict=True):
+        assert one.active.label == other.active.label
+        assert np.array_equal(alone.solution.p, beside.solution.p)
+        assert alone.solution.total == beside.solution.total
+        assert beside.problem is fitted.problem
+        assert len(beside.solution.moments.residuals) == len(fitted.problem.windows)
+
+
+@pytest.mark.parametrize("near", [True, False])
+def test_a_race_ends_with_one_that_comes_near_the_noise(monkeypatch, near):
+    fitted, screened = far_off()
+    tried = []
+    begun = refits.begun
+    monkeypatch.setattr(refits, "begun", lambda *a: tried.append(a[1].active.label) or begun(*a))
+    right = [s for s in screened if s.active.effect.name == "actuator_delay"]
+    others = [s for s in screened if s not in right][: FIRST + 2]
+    order = right + others if near else others
+    best = raced(fitted, order, Pace())[0]
+    if near:
+        assert best[0].active.effect.name == "actuator_delay"
+        assert best[1].chi2_per_dof < CONVERGES
+    assert len(tried) == (FIRST if near else len(order))
