@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
+import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import FAR, SHORT, fit_from_scratch
 from identify.prepare import prepare
+from validate import loop
 from validate.loop import tells
 
 BLOWN = (
@@ -38,3 +42,17 @@ def test_a_roll_that_short_windows_hide_in_their_first_states_is_looked_for_in_l
     fitted = fit_from_scratch(ready.structure, ready.identify, length=SHORT)
     assert fitted.chi2_per_dof < FAR
     assert not tells(fitted)
+
+
+@pytest.mark.parametrize(("chi2", "right"), [((1.1, 0.0), 0), ((12.0, 1.0), 1), ((12.0, 30.0), 0)])
+def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_declared_one(
+    monkeypatch, chi2, right
+):
+    ends = [
+        SimpleNamespace(fitted=SimpleNamespace(chi2_per_dof=x, problem=SimpleNamespace(length=30.0)))
+        for x in chi2
+    ]
+    wiring = SimpleNamespace(active=SimpleNamespace(label="input_wiring"))
+    monkeypatch.setattr(loop, "_wiring", lambda *_: wiring)
+    monkeypatch.setattr(loop, "_searched", lambda _prepared, _declared, wired, _pace: ends[wired is None])
+    assert loop.search(None) is ends[right]

@@ -66,13 +66,25 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     """Search for what the declared model lacks, on the logs to identify on.
 
     ``declared`` is the declared model's windowed output error fit, where there is one: near the noise the search goes
-    on from there; else it begins with short windows, in which a model that lacks much cannot run away.
+    on from there; else it begins with short windows, in which a model that lacks much cannot run away. What the
+    accelerations say of the wiring is believed where the search with it comes near the noise; else the inputs as they
+    were declared are searched with too: an antenna that is far off, or a current, can make a wiring look wrong.
     """
     pace = pace or Pace()
     wiring = _wiring(prepared, declared)
+    if wiring is None:
+        return _searched(prepared, declared, None, pace)
+    pace(f"taken: {wiring.active.label}")
+    found = _searched(prepared, declared, wiring, pace)
+    if found.fitted.chi2_per_dof < FAR:
+        return found
+    other = _searched(prepared, declared, None, pace)
+    return min(found, other, key=lambda o: (-o.fitted.problem.length, o.fitted.chi2_per_dof))
+
+
+def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace) -> Outcome:
+    """The search with the inputs wired in one way."""
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
-    if wiring:
-        pace(f"taken: {wiring.active.label}")
     turns: list[Turn] = []
     if declared is not None and not wiring and tells(declared):
         fine = rounds(declared, turns, pace)
