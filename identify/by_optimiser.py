@@ -24,6 +24,7 @@ from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.threads import abreast
 from identify.windows import Problem, Window, cut
+from preprocess.cores import granted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -101,7 +102,7 @@ def objective_for(problem: Problem, structure: Structure, p: FloatArray) -> Obje
     drives = [drive(structure, p, s) for s in problem.stretches]
     courses = tuple(_course(problem, w, drives[w.stretch], compared / spread) for w in problem.windows)
     places = tuple(s.coefficient for s in structure.slots if s.coefficient >= 0)
-    return Objective(structure, courses, places, problem.workers)
+    return Objective(structure, courses, places, granted())
 
 
 def _course(problem: Problem, w: Window, d: Drive, weight: FloatArray) -> Course:

@@ -22,6 +22,7 @@ from identify.tangents import Along, padded, run_for
 from identify.threads import abreast
 from identify.unlogged import Unlogged
 from identify.whitening import Whitening, whitening_of
+from preprocess.cores import granted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -53,7 +54,6 @@ class Problem:
     inflation: FloatArray
     dispersion: FloatArray
     length: float
-    workers: int = 2
     unlogged: Unlogged | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -142,10 +142,10 @@ class Moments:
         return Moments(self.matrices[some], self.raw[some], lambda k, e: self.white(numbers[k], e))
 
 
-def cut(stretches: Sequence[Stretch], length: float, workers: int = 2) -> Problem:
+def cut(stretches: Sequence[Stretch], length: float) -> Problem:
     """Cut stretches into windows of about ``length`` seconds."""
     windows = [w for k, s in enumerate(stretches) for w in _cut(k, s, length)]
-    return Problem(tuple(stretches), tuple(windows), np.ones(4), np.ones(4), length, workers)
+    return Problem(tuple(stretches), tuple(windows), np.ones(4), np.ones(4), length)
 
 
 def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:
@@ -179,7 +179,7 @@ def moments(
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
     hidden = problem.whitening  # made before the threads ask for it
     size = columns * sum(s.steps for s in problem.stretches)
-    workers = problem.workers if size >= WORTH_SHARING else 1
+    workers = granted() if size >= WORTH_SHARING else 1
     shares = [
         (drives[k], along[k], np.array(part))
         for k in range(len(drives))

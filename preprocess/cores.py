@@ -33,6 +33,11 @@ def on_cores(count: int) -> Iterator[None]:
         _CORES.reset(token)
 
 
+def granted() -> int:
+    """How many cores the work under way may take: one within ``side_by_side``, since the others are taken."""
+    return _CORES.get()
+
+
 def side_by_side(
     function: Callable[[Item], Found],
     items: Sequence[Item],
@@ -60,7 +65,7 @@ def side_by_side(
     if others < 1 or not _may_fork():
         return [_told(function, item, tell) for item in items]
     context = multiprocessing.get_context("fork")
-    todo = _Todo(function, items, context.Value("i", 0), _Shared(tuple(shared)))
+    todo = _Todo(partial(_alone, function), items, context.Value("i", 0), _Shared(tuple(shared)))
     with ExitStack() as lines:
         answers = [lines.enter_context(_other(context, todo)) for _ in range(others)]
         found = dict(todo.taken(tell))
@@ -149,6 +154,12 @@ def _answer(line: Connection, shared: _Shared) -> dict[int, Found]:
 def _told(function: Callable[[Item], Found], item: Item, tell: Callable[[Item], object]) -> Found:
     tell(item)
     return function(item)
+
+
+def _alone(function: Callable[[Item], Found], item: Item) -> Found:
+    """What is done on one core, the others being taken."""
+    with on_cores(1):
+        return function(item)
 
 
 def _may_fork() -> bool:

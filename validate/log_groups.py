@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.effects.water_and_air import SHALLOW_WATER
+from identify.in_common import in_common
 from identify.structure import Structure
+from preprocess.cores import side_by_side
 from validate.refits import under
 
 
@@ -23,15 +26,18 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         return fitted
     names = sorted({s.name for s in fitted.problem.stretches})
     while True:
-        others = [
-            under(fitted.problem, in_logs(fitted, -1, logs), 20)
-            for name in names
-            if 0 < len((logs := _logs(fitted) ^ {name}) & set(names)) < len(names)
-        ]
+        here = _logs(fitted)
+        groups = [here ^ {name} for name in names]
+        some = [logs for logs in groups if 0 < len(logs & set(names)) < len(names)]
+        others = side_by_side(partial(_refitted, fitted), some, shared=in_common(fitted))
         best = min(others, key=lambda f: f.solution.total, default=fitted)
         if not best.solution.total < fitted.solution.total - clearly:
             return fitted
         fitted = best
+
+
+def _refitted(fitted: Fitted, logs: set[str]) -> Fitted:
+    return under(fitted.problem, in_logs(fitted, -1, logs), 20)
 
 
 def free_in_logs(active: Active, structure: Structure) -> bool:

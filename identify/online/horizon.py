@@ -69,7 +69,7 @@ def problem_of(windows: tuple[Stretch, ...], noise: Noise) -> Problem:
     """Windows as a problem, one window per stretch."""
     cut = tuple(Window(k, 0, s.steps, slice(0, len(s.samples.t))) for k, s in enumerate(windows))
     longest = max((duration(s) for s in windows), default=0.0)
-    return Problem(windows, cut, noise.inflation, noise.dispersion, longest, workers=1)
+    return Problem(windows, cut, noise.inflation, noise.dispersion, longest)
 
 
 def with_noise(stretch: Stretch, noise: Noise) -> Stretch:
