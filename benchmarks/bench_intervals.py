@@ -20,13 +20,14 @@ from benchmarks.bench_measured import trials_of
 from benchmarks.blind.naming import Entry
 from benchmarks.blind.oracle import active_of, start_values
 from fixtures.blind import draw_case, write_case
-from identify.base_fit import Fitted, fit_from_scratch, over_whole_logs
+from identify.base_fit import Fitted, fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.fit import Estimated, Fit
 from identify.held_inputs import prepare_best
 from identify.prepare import Prepared
 from identify.report_fit import make_fit
 from identify.structure import Structure, null_parameters
+from identify.whole_windows import over_whole_logs
 from ingest.errors import SeatrialError
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -25,7 +25,7 @@ from scipy.signal import lfilter
 from benchmarks.bench_measured import trials_of
 from fixtures.make_campaign import main as make_campaign
 from identify import kernel
-from identify.base_fit import Fitted, over_whole_logs, window_length
+from identify.base_fit import Fitted, window_length
 from identify.first_states import first_states, state_precision
 from identify.noise import calibrated
 from identify.output_error import Solution, reduce, solve
@@ -33,6 +33,7 @@ from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.stretch import Stretch
+from identify.whole_windows import over_whole_logs
 from identify.windows import Problem, cut, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,6 +13,7 @@ import numpy as np
 from identify.chain import spreads
 from identify.disturbed import Disturbed
 from identify.first_states import first_states
+from identify.in_common import in_common
 from identify.left_out import Refit
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
@@ -23,6 +25,7 @@ from identify.structure import Structure, null_parameters
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from ingest.errors import NotIdentifiable
+from preprocess.cores import side_by_side
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -134,13 +137,33 @@ def fit_from_scratch(
     found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
-    first, found = found, _calibrated(found, rounds)
-    if p is None and found.chi2_per_dof > NEAR and any(couples(t) for t in structure.table.terms):
-        with suppress(NotIdentifiable):
-            again = _grown(structure, stretches, begin(apart=True), length)
-            if _farther(first, again) is again:
-                found = _farther(found, _calibrated(again, rounds))
+    more = p is None and any(couples(t) for t in structure.table.terms)
+    another = (lambda: _grown(structure, stretches, begin(apart=True), length)) if more else None
+    first, (found, again) = found, _calibrated_and_again(found, rounds, another)
+    if again is not None and _farther(first, again) is again:
+        found = _farther(found, _calibrated(again, rounds))
     return _straight(found, rounds)
+
+
+def _calibrated_and_again(
+    found: Fitted, rounds: int, another: Callable[[], Fitted] | None
+) -> tuple[Fitted, Fitted | None]:
+    """A fit calibrated; and, where that stays off the noise, another: far from it, one made beside the other."""
+    calibrate: Callable[[], Fitted] = partial(_calibrated, found, rounds)
+    if another is None or not found.chi2_per_dof > FAR:
+        here = calibrate()
+        return here, tried(another) if another and here.chi2_per_dof > NEAR else None
+    one, other = side_by_side(tried, [calibrate, another], shared=in_common(found))
+    if one is None:
+        raise NotIdentifiable(RAN_AWAY)
+    return one, other if one.chi2_per_dof > NEAR else None
+
+
+def tried(way: Callable[[], Fitted]) -> Fitted | None:
+    """What a way gives, where it gives anything."""
+    with suppress(NotIdentifiable):
+        return way()
+    return None
 
 
 def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> FloatArray:
@@ -263,26 +286,6 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
     found = settled(problem, structure, p)
     held = Prior.held(p)
     return solve(problem, structure, p, found.first, held, anchor=first_states(problem), budget=0)
-
-
-def over_whole_logs(fitted: Fitted) -> Fitted:
-    """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
-
-    Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not be
-    fitted as well, the model lacks something, and the fit stays as it was. So it does where anything is hidden.
-    """
-    whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
-    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hidden is not None:
-        return fitted
-    problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
-    structure, first = fitted.solution.structure, first_states(problem)
-    solution = solve(problem, structure, fitted.solution.p, first, fitted.prior, budget=15)
-    if not np.isfinite(solution.cost):
-        return fitted
-    problem = calibrated(problem, solution)
-    solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
-    found = Fitted(problem, fitted.prior, solution)
-    return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
 
 
 def free_running_misfit(fitted: Fitted) -> float:

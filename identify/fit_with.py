@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from identify.base_fit import Fitted, over_whole_logs
+from identify.base_fit import Fitted
 from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
 from identify.prediction_fit import fit_declared, fit_far_from_noise
 from identify.prepare import Prepared
+from identify.whole_windows import over_whole_logs
 
 #: Estimators that an optimiser can do something for.
 TUNABLE = ("output_error", *(n for n, e in ESTIMATORS.items() if e.hyper))

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from identify.base_fit import Fitted
+from typing import TYPE_CHECKING
+
 from identify.effects import EFFECTS
+
+if TYPE_CHECKING:
+    from identify.base_fit import Fitted
 
 
 def in_common(*fits: Fitted) -> list[object]:

@@ -17,6 +17,7 @@ from identify.base_fit import (
     fit_from_scratch,
     fit_states,
     free_running_misfit,
+    tried,
     window_length,
 )
 from identify.in_common import in_common
@@ -48,15 +49,9 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
     fitted = fit_from_scratch(structure, stretches)
     if not fitted.is_far:
         return fitted
-    quick = side_by_side(partial(_tried, structure, stretches), QUICK_WAYS, shared=in_common(fitted))
+    ways = [partial(way, structure, stretches) for way in QUICK_WAYS]
+    quick = side_by_side(tried, ways, shared=in_common(fitted))
     return min((fitted, *(f for f in quick if f is not None)), key=_astray)
-
-
-def _tried(structure: Structure, stretches: tuple[Stretch, ...], way: Way) -> Fitted | None:
-    """The fit of a way, where it gives one."""
-    with suppress(NotIdentifiable):
-        return way(structure, stretches)
-    return None
 
 
 def fit_far_from_noise(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from identification_samples import trials_of
 
-from identify.base_fit import fit_from_scratch, over_whole_logs
+from identify.base_fit import fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.disturbed import blocks_in, unit_answers
 from identify.drive import drive
@@ -18,6 +18,7 @@ from identify.output_error import solve
 from identify.predict import run
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
+from identify.whole_windows import over_whole_logs
 from identify.windows import moments
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")

@@ -14,7 +14,6 @@ from identify.base_fit import (
     FAR,
     fit_from_scratch,
     free_running_misfit,
-    over_whole_logs,
 )
 from identify.chain import chain_of, spreads
 from identify.joined import JUMPS, join
@@ -22,6 +21,7 @@ from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.whole_logs import joined_from_simple, lean_structure, regression_start
+from identify.whole_windows import over_whole_logs
 
 
 @cache

@@ -8,7 +8,7 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import Fitted, over_whole_logs
+from identify.base_fit import Fitted
 from identify.disturbance import with_disturbances
 from identify.fit import Fit
 from identify.fit_with import fit_with
@@ -17,6 +17,7 @@ from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
+from identify.whole_windows import over_whole_logs
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
 from validate.logs_of_effects import in_logs_as_they_say

@@ -1,0 +1,31 @@
+"""A fit at the noise gone on with over whole logs: every first state that is free costs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.base_fit import NEAR, Fitted
+from identify.first_states import first_states
+from identify.noise import calibrated
+from identify.output_error import solve
+from identify.windows import cut
+
+
+def over_whole_logs(fitted: Fitted) -> Fitted:
+    """The fit gone on with over whole logs, where the model is at the noise: every first state that is free costs.
+
+    Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not be
+    fitted as well, the model lacks something, and the fit stays as it was. So it does where anything is hidden.
+    """
+    whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
+    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hidden is not None:
+        return fitted
+    problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
+    structure, first = fitted.solution.structure, first_states(problem)
+    solution = solve(problem, structure, fitted.solution.p, first, fitted.prior, budget=15)
+    if not np.isfinite(solution.cost):
+        return fitted
+    problem = calibrated(problem, solution)
+    solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
+    found = Fitted(problem, fitted.prior, solution)
+    return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
