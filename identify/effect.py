@@ -140,6 +140,9 @@ class Effect:
     begins : callable
         ``begins(options)``: whether the actuator's own position at the begin of a log is unknown; ``actuator`` then
         finds it in ``options["begin"]``, -1 to 1 of the effect's own width.
+    stepwise : callable
+        ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
+        between two values that the input has.
     rewire : callable
         ``rewire(options, {input: series}) -> {input: series}``: inputs exchanged or reversed.
     gain : callable
@@ -173,6 +176,7 @@ class Effect:
     fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
     actuator: Callable[[Values, Acting, float, Mapping[str, object]], Acting] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
+    stepwise: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
     gain: Callable[[Values, FloatArray], FloatArray] | None = None
     current: Callable[[Values], tuple[float, float]] | None = None

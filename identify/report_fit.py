@@ -10,6 +10,7 @@ from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.first_states import state_precision
 from identify.fit import Estimated, Fit, FittedEffect
+from identify.input_sizes import untold
 from identify.kernel import NX, POSITION
 from identify.misfit import misfit_scale
 from identify.output_error import Solution
@@ -34,9 +35,11 @@ def covariance_of(fitted: Fitted) -> FloatArray:
     The fit weighs every stream by the size of its errors; their slow part counts more than white noise of that size
     would. Between two inverses of the information stands what the scores vary by. A drift of the position is told by
     its own size and time constant where it shows (``identify.wander``). Where logs were left out in turn, far from the
-    noise, it is made as large as their errors ask for (``identify.misfit``).
+    noise, it is made as large as their errors ask for (``identify.misfit``). What lies anywhere between two values
+    of an input has that uncertainty besides.
     """
-    covariance, solution = _of_noise(fitted), fitted.solution
+    solution = fitted.solution
+    covariance = _of_noise(fitted) + np.diag(untold(solution.structure, solution.p, fitted.problem.stretches))
     if not fitted.refits:
         return covariance
     scale = misfit_scale(solution.structure, fitted.problem.stretches, fitted.refits, covariance)

@@ -11,6 +11,7 @@ from identify.base_fit import Fitted, thin
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
+from identify.input_sizes import between, sizes_of
 from identify.output_error import Prior, prior_for, reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure
@@ -185,7 +186,11 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
     lists = [p.starts or (p.null,) for p in mine]
     n = max(len(x) for x in lists)
     columns = [x if len(x) == n else x * n for x in lists]
-    return [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
+    starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
+    if active.effect.stepwise and active.effect.stepwise(active.variant.options):
+        sizes = sizes_of(fitted.problem.stretches, str(active.variant.input))
+        starts += [{mine[0].name: size} for size in between(sizes)]
+    return starts
 
 
 def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: float) -> Screened:

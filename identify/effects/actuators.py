@@ -78,6 +78,7 @@ ACTUATOR_DEADBAND = Effect(
     parameters=(Parameter("width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True),),
     actuator=_deadband,
     begins=lambda o: o["form"] == "play",
+    stepwise=lambda o: o["form"] == "neutral" and o.get("shape") != "shifted",
     variants=lambda s: [Variant(i.name, form) for i in s.inputs for form in _FORMS],
 )  # fmt: skip
 

@@ -1,0 +1,60 @@
+"""A dead band about neutral: only between which two sizes of the input it lies can be known, and that is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from identification_samples import MOTORS
+from test_effects import with_effect
+from test_kernel import stretch_of
+
+from identify.drive import drive
+from identify.effect import Variant
+from identify.input_sizes import LARGEST, MOST_STARTS, between, sizes_of, untold
+
+LEVELS = np.array([0.0, 0.08, -0.12, 0.3, -0.5, 0.9])
+NEUTRAL = Variant("right", {"form": "neutral"})
+
+
+def at_levels():
+    """A stretch whose right motor is only ever at some levels."""
+    stretch = stretch_of(MOTORS)
+    right = stretch.inputs["right"]
+    held = replace(right, value=np.resize(LEVELS, len(right.t)))
+    return replace(stretch, inputs={**stretch.inputs, "right": held})
+
+
+def test_a_dead_band_is_begun_between_the_sizes_that_an_input_has():
+    sizes = sizes_of([at_levels()], "right")
+    assert sizes == pytest.approx([0.0, 0.08, 0.12, 0.3, 0.5, 0.9])
+    assert between(sizes) == pytest.approx([0.04, 0.1, 0.21, 0.4])
+
+
+@given(st.lists(st.floats(0.0, 100.0), max_size=200))
+def test_there_are_few_begins_and_each_is_within_reach(values):
+    sizes = np.unique(np.array(values, dtype=float))
+    begins = between(sizes)
+    assert len(begins) < MOST_STARTS
+    assert all(0.0 <= b <= LARGEST * sizes[-1] for b in begins)
+
+
+def test_between_two_sizes_nothing_changes_and_that_is_the_uncertainty():
+    stretch = at_levels()
+    structure, p, _, _ = with_effect("actuator_deadband", {"width": 0.2}, NEUTRAL)
+    k = next(k for k, s in enumerate(structure.slots) if s.effect == 0)
+    one, other, beyond = (np.where(np.arange(len(p)) == k, w, p) for w in (0.13, 0.29, 0.31))
+    channels = [drive(structure, q, stretch).channels for q in (one, other, beyond)]
+    assert np.array_equal(channels[0], channels[1])
+    assert not np.array_equal(channels[0], channels[2])
+    variance = untold(structure, p, [stretch])
+    assert variance[k] == pytest.approx((0.3 - 0.12) ** 2 / 12.0)
+    assert np.count_nonzero(variance) == 1
+
+
+def test_a_slack_linkage_is_not_so():
+    structure, p, _, _ = with_effect("actuator_deadband", {"width": 0.2}, Variant("right", {"form": "play"}))
+    assert not untold(structure, p, [at_levels()]).any()
