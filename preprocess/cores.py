@@ -7,6 +7,7 @@ import multiprocessing
 import pickle
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
@@ -19,6 +20,8 @@ from typing import Any, Generic, TypeVar
 Item = TypeVar("Item")
 Found = TypeVar("Found")
 
+#: Another process is waited for so many times as long as the work here took, and so many s: it may hang.
+PATIENCE, LEAST_PATIENCE = 10.0, 60.0
 #: How many cores the work under way may take.
 _CORES: ContextVar[int] = ContextVar("cores", default=1)
 
@@ -68,9 +71,10 @@ def side_by_side(
     todo = _Todo(partial(_alone, function), items, context.Value("i", 0), _Shared(tuple(shared)))
     with ExitStack() as lines:
         answers = [lines.enter_context(_other(context, todo)) for _ in range(others)]
+        began = time.monotonic()
         found = dict(todo.taken(tell))
         for answer in answers:
-            found |= answer()
+            found |= answer(PATIENCE * (time.monotonic() - began) + LEAST_PATIENCE)
     return [found[k] if k in found else _told(function, item, tell) for k, item in enumerate(items)]
 
 
@@ -129,8 +133,8 @@ class _Todo(Generic[Item, Found]):
 @contextmanager
 def _other(
     context: multiprocessing.context.ForkContext, todo: _Todo[Item, Found]
-) -> Iterator[Callable[[], dict[int, Found]]]:
-    """Another process at work: what is called for its answer. It ends with the block."""
+) -> Iterator[Callable[[float], dict[int, Found]]]:
+    """Another process at work: what is called for its answer, and how long to wait. It ends with the block."""
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=todo.send, args=(there,), daemon=True)
     process.start()
@@ -143,9 +147,11 @@ def _other(
         process.join()
 
 
-def _answer(line: Connection, shared: _Shared) -> dict[int, Found]:
-    """What another process has done; nothing where it died."""
+def _answer(line: Connection, shared: _Shared, wait: float) -> dict[int, Found]:
+    """What another process has done; nothing where it died, or says nothing for so many seconds."""
     with suppress(EOFError, OSError):
+        if not line.poll(wait):
+            return {}
         found: dict[int, Found] = shared.loaded(line.recv_bytes())
         return found
     return {}

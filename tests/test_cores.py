@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 
 import pytest
 
+from preprocess import cores
 from preprocess.cores import on_cores, side_by_side
 
 
@@ -64,3 +66,17 @@ def test_work_within_such_work_forks_no_further():
     with on_cores(2):
         found = side_by_side(inner, range(4))
     assert [[pair[:2] for pair in each] for each in found] == [[(x, y) for y in range(3)] for x in range(4)]
+
+
+def test_a_process_that_hangs_is_not_waited_for_without_end(monkeypatch):
+    here = os.getpid()
+    monkeypatch.setattr(cores, "PATIENCE", 0.0)
+    monkeypatch.setattr(cores, "LEAST_PATIENCE", 0.2)
+
+    def done(x):
+        if os.getpid() != here:
+            time.sleep(60.0)
+        return x
+
+    with on_cores(2):
+        assert side_by_side(done, range(6)) == list(range(6))
