@@ -78,6 +78,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     found = _searched(prepared, declared, wiring, pace)
     if found.fitted.chi2_per_dof < FAR:
         return found
+    pace("the inputs as they were declared")
     other = _searched(prepared, declared, None, pace)
     return min(found, other, key=lambda o: (-o.fitted.problem.length, o.fitted.chi2_per_dof))
 
