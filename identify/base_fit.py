@@ -244,9 +244,7 @@ def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
         again = calibrated_anew(bare, unaware)
         if again.unlogged is None or again.unlogged.rounded is None:
             problem, solution = again, unaware  # a fit that knows of no rounding leaves none of it
-    if problem.unlogged is not None:
-        solution = _gone_on(problem, solution, prior)
-    return Fitted(problem, prior, solution)
+    return Fitted(problem, prior, _gone_on(problem, solution, prior))
 
 
 def _gone_on(problem: Problem, solution: Solution, prior: Prior) -> Solution:
