@@ -157,7 +157,7 @@ def _rest(problem: Problem, window: Window, after: int) -> Window:
     """A window from some steps after its begin on."""
     stretch = problem.stretches[window.stretch]
     samples, begin = window.samples, stretch.start + stretch.h * (window.first + after)
-    low = samples.start + int(np.searchsorted(stretch.samples.t[samples], begin))
+    low = samples.start + int(np.searchsorted(stretch.samples.taken[samples], begin))
     return replace(
         window, first=window.first + after, steps=window.steps - after, samples=slice(low, samples.stop)
     )

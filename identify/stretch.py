@@ -30,16 +30,30 @@ SUBSTEPS = 8
 
 @dataclass(frozen=True)
 class Samples:
-    """All sensor samples of a stretch in one set of columns, in time order.
+    """All sensor samples of a stretch in one set of columns, in the order in which they were taken.
 
-    ``t`` (m,) s; ``kind`` (m,); ``value`` (m, 2), second column 0 for scalars; ``sigma`` (m,) the sensor's noise, of
-    each sample as far as the sensor's own word is followed.
+    ``t`` (m,) s as stamped; ``kind`` (m,); ``value`` (m, 2), second column 0 for scalars; ``sigma`` (m,) the sensor's
+    noise, of each sample as far as the sensor's own word is followed; ``late`` (4,) how late the stamps of each kind
+    are, as far as that is known.
     """
 
     t: FloatArray
     kind: IntArray
     value: FloatArray
     sigma: FloatArray
+    late: FloatArray = field(default_factory=lambda: np.zeros(len(STREAMS)))
+
+    @property
+    def taken(self) -> FloatArray:
+        """Times (m,) at which they were taken, s."""
+        return self.t - self.late[self.kind]
+
+    def taken_within(self, begin: float, end: float, late: FloatArray) -> Samples:
+        """Those taken between two times, in their order, by stamps that are ``late`` (4,)."""
+        at = self.t - late[self.kind]
+        order = np.argsort(at, kind="stable")
+        order = order[(at[order] >= begin) & (at[order] <= end)]
+        return Samples(self.t[order], self.kind[order], self.value[order], self.sigma[order], late)
 
 
 @dataclass(frozen=True)

@@ -144,7 +144,7 @@ def _parts(problem: Problem, window: Window) -> list[Window]:
     count = max(1, int(window.steps * stretch.h / max(SHORTEST, total / MOST)))
     edges = stretch.start + stretch.h * (window.first + window.steps * np.arange(1, count) / count)
     low, high = window.samples.start, window.samples.stop
-    places = [low, *(low + np.searchsorted(stretch.samples.t[low:high], edges)), high]
+    places = [low, *(low + np.searchsorted(stretch.samples.taken[low:high], edges)), high]
     cut = [slice(int(a), int(b)) for a, b in pairwise(places)]
     kind = stretch.samples.kind
     return [replace(window, samples=s) for s in cut if (kind[s] == kernel.POSITION).any()]

@@ -153,7 +153,7 @@ def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:
     edges = np.linspace(0, stretch.steps, count + 1).astype(int)
     times = stretch.start + stretch.h * edges
     times[0] -= 1e-9
-    places = np.searchsorted(stretch.samples.t, times, side="right")
+    places = np.searchsorted(stretch.samples.taken, times, side="right")
     places[-1] = len(stretch.samples.t)
     return [
         Window(index, int(a), int(b - a), slice(int(i), int(j)))

@@ -199,7 +199,7 @@ def by_time(fitted: Fitted) -> FloatArray:
     for w, residual in zip(problem.windows, fitted.solution.moments.residuals, strict=True):
         samples = problem.stretches[w.stretch].samples
         weight = 1.0 / problem.dispersion[samples.kind[w.samples]] ** 2
-        t = samples.t[w.samples]
+        t = samples.taken[w.samples]
         place = np.floor((t - t[0]) / BIN).astype(int)
         out.append(np.bincount(place, weights=np.sum(residual**2, axis=1) * weight))
     return np.concatenate(out)

@@ -14,6 +14,7 @@ from identify.first_states import first_states
 from identify.output_error import Prior, Reduced, Solution, information_of, solve
 from identify.report_fit import covariance_of
 from identify.stretch import Stretch
+from identify.taken_order import as_in
 from identify.windows import Problem, cut
 
 #: Other logs speak against a fit's parameters where its own lose what chance takes in this share of cases.
@@ -85,7 +86,8 @@ def _other_problem(fitted: Fitted, stretches: Sequence[Stretch]) -> Problem | No
     """Windows of other stretches, with the noise levels, weights and length of the fit's; None where there are none."""
     if not stretches:
         return None
-    scaled = [_with_noise_of(fitted.problem, s) for s in stretches]
+    own = fitted.problem.stretches
+    scaled = [_with_noise_of(fitted.problem, as_in(own, s)) for s in stretches]
     problem = cut(scaled, fitted.problem.length).weighted_as(fitted.problem)
     return problem if problem.windows else None
 

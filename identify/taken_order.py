@@ -1,0 +1,47 @@
+"""Samples in the windows in which they were taken, where their stamps are known to be late.
+
+A window that begins in a turn says nothing of a rate that was taken half a second before, whatever its stamp says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.base_fit import Fitted, fit_states
+from identify.drive import drive
+from identify.stretch import Stretch
+from identify.windows import cut
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Stamps that are off by less than this share of a step are in the right windows as they are.
+SHARE = 0.5
+
+
+def in_order_taken(fitted: Fitted) -> Fitted:
+    """The fit with its samples in the windows in which they were taken, as its clocks say, first states anew.
+
+    Samples from before a stretch's begin, or after its end, are left out: nothing predicts them.
+    """
+    problem, structure, p = fitted.problem, fitted.solution.structure, fitted.solution.p
+    clocks = [drive(structure, p, s).sensor[5:9] for s in problem.stretches]
+    pairs = list(zip(problem.stretches, clocks, strict=True))
+    if all(np.max(np.abs(late - s.samples.late)) < SHARE * s.h for s, late in pairs):
+        return fitted
+    ordered = cut([by_clocks(s, late) for s, late in pairs], problem.length).weighted_as(problem)
+    return replace(fitted, problem=ordered, solution=fit_states(ordered, structure, p))
+
+
+def by_clocks(stretch: Stretch, late: FloatArray) -> Stretch:
+    """A stretch with its samples in the order in which they were taken, by stamps that are ``late`` (4,)."""
+    end = stretch.start + stretch.h * stretch.steps
+    return replace(stretch, samples=stretch.samples.taken_within(stretch.start, end, late))
+
+
+def as_in(stretches: Sequence[Stretch], stretch: Stretch) -> Stretch:
+    """A stretch with its samples in the order of others', whose stamps are late by as much."""
+    late = stretches[0].samples.late
+    return by_clocks(stretch, late) if np.any(late != stretch.samples.late) else stretch
