@@ -37,10 +37,14 @@ class Stopped(Enum):
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of the parameters beforehand: means and standard deviations (np,), infinite where nothing is."""
+    """What is known of the parameters beforehand: means and standard deviations (np,), infinite where nothing is.
+
+    ``ridge`` is how many times its natural size a coefficient may have.
+    """
 
     mean: FloatArray
     sd: FloatArray
+    ridge: float = RIDGE
 
     @classmethod
     def held(cls, p: FloatArray) -> Prior:
@@ -130,7 +134,7 @@ def prior_for(structure: Structure, scales: FloatArray, ridge: float = RIDGE) ->
             mean[k], sd[k] = slot.prior
         elif slot.coefficient >= 0:
             sd[k] = ridge * max(scales[slot.coefficient], 1e-12)
-    return Prior(mean, sd)
+    return Prior(mean, sd, ridge)
 
 
 def _penalty(p: FloatArray, first: FloatArray, anchor: FloatArray, prior: Prior, known: FloatArray) -> float:

@@ -26,6 +26,7 @@ from identify.noise import calibrated
 from identify.output_error import prior_for
 from identify.prepare import Prepared
 from identify.regression import coefficient_scales, start_by_regression
+from identify.ridge import with_likeliest_ridge
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import cut
@@ -48,7 +49,7 @@ def fit_for_prediction(structure: Structure, stretches: tuple[Stretch, ...]) -> 
     """
     fitted = fit_from_scratch(structure, stretches)
     if not fitted.is_far:
-        return fitted
+        return with_likeliest_ridge(fitted)
     ways = [partial(way, structure, stretches) for way in QUICK_WAYS]
     quick = side_by_side(tried, ways, shared=in_common(fitted))
     return min((fitted, *(f for f in quick if f is not None)), key=_astray)

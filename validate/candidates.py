@@ -70,8 +70,9 @@ def smooth(active: Active) -> bool:
 
 
 def prior_of(structure: Structure, p: FloatArray, fitted: Fitted) -> Prior:
-    """Prior of a structure on the stretches of a fit."""
-    return prior_for(structure, coefficient_scales(structure, p, fitted.problem.stretches))
+    """Prior of a structure on the stretches of a fit, with that fit's ridge."""
+    scales = coefficient_scales(structure, p, fitted.problem.stretches)
+    return prior_for(structure, scales, fitted.prior.ridge)
 
 
 def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
