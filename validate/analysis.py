@@ -23,6 +23,7 @@ from validate.diagnosis import Diagnosis, Validation
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import Outcome, search
 from validate.pace import Pace
+from validate.rounds import NEARER
 from validate.scores import predictions, validation
 from validate.sure import surely
 from validate.swell import in_swell, with_waves_known
@@ -72,9 +73,11 @@ def analyse(
         Where there is nothing to identify on.
     """
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
+    windowed = _windowed(estimator, optimiser)
+    declared = _nearest_bare(declared, outcome) if windowed else declared
     after = outcome.fitted if outcome and outcome.standing else declared
     progress("validate", "", 0.0)
-    if _windowed(estimator, optimiser) and _far(declared, outcome):
+    if windowed and _far(declared, outcome):
         progress("validate", "whole logs", 0.05)
         declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
         progress("validate", "whole logs", 0.4)
@@ -84,11 +87,12 @@ def analyse(
         outcome, after = _borne_out(prepared, declared, outcome, after)
     if outcome and after is outcome.fitted:
         outcome = surely(outcome)
+        declared = _nearest_bare(declared, outcome) if windowed else declared
         after = outcome.fitted if outcome.standing else declared
     near = _nearest(after, outcome)
     waves = waves_of(near) if loop else None
-    windowed = after
-    if _windowed(estimator, optimiser):
+    in_windows = after
+    if windowed:
         declared, after, outcome = _finished(declared, after, outcome)
     stretches = [*prepared.identify, *prepared.validate]
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
@@ -98,7 +102,7 @@ def analyse(
         for f in ([declared] if after is declared else [declared, after])
     ]
     progress("validate", "what is left", 0.8)
-    diagnosis = diagnose(prepared, outcome, windowed, waves, materiality) if outcome else None
+    diagnosis = diagnose(prepared, outcome, in_windows, waves, materiality) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
     progress("validate", "", 1.0)
@@ -107,6 +111,16 @@ def analyse(
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
         equations(after.solution.structure, after.solution.p), _papers(after),
     )  # fmt: skip
+
+
+def _nearest_bare(declared: Fitted, outcome: Outcome | None) -> Fitted:
+    """The declared model's fit; or that of a search that was left with no effect, where that is clearly nearer."""
+    if outcome is None or outcome.standing or outcome.wiring:
+        return declared
+    found = outcome.fitted
+    alike = found.solution.structure.actives == declared.solution.structure.actives
+    long = found.problem.length >= declared.problem.length
+    return found if alike and long and found.chi2_per_dof < NEARER * declared.chi2_per_dof else declared
 
 
 def _nearest(after: Fitted, outcome: Outcome | None) -> Fitted:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit
 from identify.noise import recalibrated
+from identify.ridge import with_likeliest_ridge
+from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
 from validate.exchange import in_likeliest_form
@@ -26,6 +28,8 @@ MOST_INPUTS = 6
 UNDECIDED = 2
 #: A fit that is found on the way is gone on with below this share of the other's cost per degree of freedom.
 NEARER = 0.98
+#: ... and looked at again so many times.
+LOOKS_AGAIN = 2
 #: So many of the nearest are looked at as one of two that are missing, those that leave no more than this share of the
 #: squared errors.
 FIRST_OF_PAIRS, PROMISING = 2, 0.8
@@ -43,21 +47,28 @@ class Turn:
 
 def rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
     """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
+    again = 0
     while fitted.chi2_per_dof > enough:
         turn = _turn(fitted, pace)
         new = [turn] if turn.taken else _in_pairs(turn, pace)
         turns += new
         taken = new[-1].taken
-        if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
+        if len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return _nearer(fitted, turn.base)
+        if taken is None:
+            nearer, again = _nearer(fitted, turn.base), again + 1
+            if nearer is fitted or again > LOOKS_AGAIN:
+                return nearer
+            fitted = nearer
+            continue
         pace(f"taken: {taken.label}")
         fitted = _after(taken)
     return fitted
 
 
 def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
-    """A fit; or what a look at other causes made of it, where that is clearly nearer the noise."""
-    if not base.chi2_per_dof < NEARER * fitted.chi2_per_dof:
+    """A fit; or what a look at other causes made of it, where that is clearly nearer the noise by the same weights."""
+    if not base.solution.total < NEARER * under(base.problem, fitted, 3).solution.total:
         return fitted
     return under(recalibrated(base.problem, base.solution), base, 20)
 
@@ -141,7 +152,7 @@ def _form(candidate: Screened) -> tuple[str, str]:
 
 def settled(fitted: Fitted) -> Fitted:
     """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
-    structure = fitted.solution.structure
+    fitted, structure = in_order_taken(fitted), fitted.solution.structure
     here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     p = effects_alone(structure, here.solution.p)
     rounds = 0 if here.chi2_per_dof < NEAR else 2
@@ -150,8 +161,8 @@ def settled(fitted: Fitted) -> Fitted:
     )
     long = anew.problem.length >= here.problem.length
     if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:
-        return anew
-    there = under(here.problem, anew, 20)
+        return with_likeliest_ridge(anew)
+    there = under(here.problem, replace(anew, prior=here.prior), 20)
     if not there.solution.total < here.solution.total:
-        return here
-    return under(recalibrated(there.problem, there.solution), there)
+        return with_likeliest_ridge(here)
+    return with_likeliest_ridge(under(recalibrated(there.problem, there.solution), there))

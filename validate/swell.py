@@ -15,7 +15,7 @@ from identify.swell import Swell
 from identify.windows import Problem, cut
 from validate.peaks import LEAST_CYCLES
 from validate.refits import under
-from validate.waves import waves_of
+from validate.waves import perhaps_waves, waves_of
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 3
@@ -26,19 +26,25 @@ SKIRTS = (0.0, 0.03, 0.1, 0.3, 1.0)
 def with_waves_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the waves that its errors show, and what they leave open, known; without any as it was.
 
-    Where it knew of waves that are not there any more, without these.
+    Where it knew of waves that are not there any more, without these. Waves that its errors only may show are known
+    from then on if with them it comes to the noise.
     """
     known = fitted.problem.swell
     if known is None and fitted.chi2_per_dof < NEAR:
         return fitted
     seen = _in_long_windows(fitted)
     swell = waves_of(seen)
+    if swell is None and known is None and (perhaps := perhaps_waves(seen)):
+        tried = _knowing(seen, _with_likeliest_skirt(seen, perhaps))
+        return tried if tried.chi2_per_dof < NEAR else fitted
     if swell is None and not _would_show(known, seen):
         return fitted
     problem = _with_likeliest_skirt(seen, swell)
-    if _band(problem.swell) == _band(known):
-        return fitted
-    fitted = seen
+    return fitted if _band(problem.swell) == _band(known) else _knowing(seen, problem)
+
+
+def _knowing(fitted: Fitted, problem: Problem) -> Fitted:
+    """The fit gone on with in a problem that knows of waves, or of none."""
     for _ in range(ROUNDS):
         fitted = under(problem, fitted, 20)
         problem = calibrated_anew(problem, fitted.solution)

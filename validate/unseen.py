@@ -10,7 +10,7 @@ import numpy as np
 from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.stretch import Stretch
-from validate.other_logs import on_other_logs
+from validate.other_logs import on_other_logs, with_other_logs
 from validate.scores import predictions, validation
 
 #: Unseen logs count as predicted worse from this ratio of the squared errors on.
@@ -33,9 +33,18 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     if after.chi2_per_dof > FAR:
         return True
     nearer = _times_nearer(unseen, declared, after)
-    if after.chi2_per_dof < NEAR and nearer > RUN_AWAY:
+    if after.chi2_per_dof < NEAR and (nearer > RUN_AWAY or _left_open(after, unseen)):
         return False
     return after_ > max(FOLLOWS, RUN_AWAY * before) or nearer <= 1.0
+
+
+def _left_open(after: Fitted, unseen: Sequence[Stretch]) -> bool:
+    """Whether unseen logs come near the noise with parameters that the fit's own logs leave as open as that.
+
+    A rich model that has seen zigzags alone may miss a circle however right its effects are.
+    """
+    followed = with_other_logs(after, unseen)
+    return followed is not None and followed.chi2_per_dof < FAR
 
 
 def _spread(stretches: Sequence[Stretch]) -> dict[str, float]:

@@ -28,6 +28,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: A peak counts where chance would give it in fewer than this share of campaigns. It is far below the false alarms that
 #: are meant (0.002), because real spectra are not quite the smooth lines that the reckoning takes them for.
 FALSE_ALARM = 1e-6
+#: ... and in fewer than this where waves need but be tried: a fit that knows of them must then come to the noise.
+WORTH_A_TRY = 1e-3
 #: ... and in fewer than this where waves were seen before, and the others' weights are those of errors without them.
 SEEN_BEFORE = 2e-3
 #: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
@@ -77,10 +79,10 @@ def _spectra_near(fitted: Fitted) -> Spectra | None:
     return None if spectra is None or fitted.chi2_per_dof > TOO_FAR else spectra
 
 
-def _found_in(fitted: Fitted, spectra: Spectra) -> Swell | None:
+def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> Swell | None:
     """The likeliest narrow band of the errors' spectra that stands and goes with nothing."""
     around, chance, tried = _chances(fitted, spectra)
-    least = FALSE_ALARM if fitted.problem.swell is None else SEEN_BEFORE
+    least = least if fitted.problem.swell is None else SEEN_BEFORE
     while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = _measured(fitted, spectra, place, float(chance[place, channel]))
@@ -89,6 +91,12 @@ def _found_in(fitted: Fitted, spectra: Spectra) -> Swell | None:
             return found
         chance[core_of(spectra, spectra.omega[place])] = 1.0
     return None
+
+
+def perhaps_waves(fitted: Fitted) -> Swell | None:
+    """Waves that a fit's errors may show; whether a fit that knows of them comes to the noise must tell."""
+    spectra = _spectra_near(fitted)
+    return None if spectra is None else _found_in(fitted, spectra, WORTH_A_TRY)
 
 
 def waves_of(fitted: Fitted) -> Swell | None:
