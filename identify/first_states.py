@@ -44,15 +44,18 @@ def state_precision(structure: Structure) -> FloatArray:
 
 
 def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatArray:
-    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion from rest."""
+    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion.
+
+    It begins where the turn holds it that the log begins in: few logs begin just as a turn does.
+    """
     own = {(t.dof, t.text): c for t, c in zip(structure.table.terms, d.coefficients, strict=True)}
     a = np.array([[0.0, 1.0], [own[("e2", "e1")], own[("e2", "e2")]]])
     block = np.zeros((3, 3))
     block[:2, :2], block[1, 2] = a, 1.0
     step = expm(block * stretch.h)
     force = through_water(stretch.states, d.current)[:, 3] * stretch.states[:, 5]
-    found = kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]))
-    return np.asarray(found, dtype=float)
+    more = kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]) - force[0])
+    return np.asarray(more + np.array([-force[0] / own[("e2", "e1")], 0.0]), dtype=float)
 
 
 def begun(problem: Problem, structure: Structure, drives: Sequence[Drive], first: FloatArray) -> FloatArray:

@@ -28,6 +28,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Windows are shared among threads from so many steps times columns on: to hand over less costs more than it saves.
 WORTH_SHARING = 150_000
+#: What the inputs did before a log nobody knows, and a lag or a delay remembers it: at most so many first steps of a
+#: log, and this share of it, are predicted by no window.
+BEFORE, SHARE_BEFORE = 30, 0.05
 
 
 @dataclass(frozen=True)
@@ -149,8 +152,9 @@ def cut(stretches: Sequence[Stretch], length: float) -> Problem:
 
 
 def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:
-    count = max(1, round(stretch.steps * stretch.h / length))
-    edges = np.linspace(0, stretch.steps, count + 1).astype(int)
+    begin = _remembering(stretch)
+    count = max(1, round((stretch.steps - begin) * stretch.h / length))
+    edges = np.linspace(begin, stretch.steps, count + 1).astype(int)
     times = stretch.start + stretch.h * edges
     times[0] -= 1e-9
     places = np.searchsorted(stretch.samples.taken, times, side="right")
@@ -160,6 +164,13 @@ def _cut(index: int, stretch: Stretch, length: float) -> list[Window]:
         for a, b, i, j in zip(edges[:-1], edges[1:], places[:-1], places[1:], strict=True)
         if b - a > 2 and j - i > 10
     ]
+
+
+def _remembering(stretch: Stretch) -> int:
+    """Steps at a log's begin in which an actuator that is late may still answer to what came before it."""
+    first = min((float(m.t[0]) for m in stretch.inputs.values() if len(m.t)), default=stretch.start)
+    known = round(max(0.0, stretch.start - first) / stretch.h)
+    return max(0, min(BEFORE, round(SHARE_BEFORE * stretch.steps)) - known)
 
 
 def moments(
