@@ -26,8 +26,6 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 CLOSE, SHARE = 40.0, 0.02
 #: At most this many rivals are refitted.
 MOST_RIVALS = 6
-#: ... and so many more of those that act on the same input.
-MOST_KIN = 3
 
 
 @dataclass(frozen=True)
@@ -140,9 +138,9 @@ def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) 
 
 
 def _kin(fitted: Fitted, index: int, rivals: list[Active]) -> list[Screened]:
-    """Rivals that act on the same input between log and hull, the best of them at their own starts.
+    """Rivals that act on the same input between log and hull, each effect's best form at its own starts.
 
-    Near nothing their signatures tell little of what they would make of the same input.
+    Near nothing their signatures tell little of what they would make of the same input, nor does a start that is off.
     """
     mine = fitted.solution.structure.actives[index]
     if not between_log_and_hull(mine):
@@ -152,7 +150,10 @@ def _kin(fitted: Fitted, index: int, rivals: list[Active]) -> list[Screened]:
         for a in rivals
         if between_log_and_hull(a) and not smooth(a) and (a.variant.input in (None, mine.variant.input))
     ]
-    return sorted(from_starts(dropped(fitted, index), kin), key=lambda s: -s.gain)[:MOST_KIN]
+    best: dict[str, Screened] = {}
+    for s in sorted(from_starts(dropped(fitted, index), kin), key=lambda s: -s.gain):
+        best.setdefault(s.active.effect.name, s)
+    return list(best.values())
 
 
 def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list[Screened]:

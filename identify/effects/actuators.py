@@ -47,7 +47,7 @@ ACTUATOR_RATE_LIMIT = Effect(
     "Time a hard-over to hard-over.",
     "SOLAS II-1/29; Fossen 2011, sec. 12.3",
     parameters=(
-        Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.25, 0.8), relative=True),
+        Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.2, 0.4, 0.8), relative=True),
     ),
     actuator=lambda p, a, dt, _: rate_limited(*a, dt, p["rate"] if p["rate"] < UNLIMITED else math.inf),
     variants=_each,
