@@ -30,7 +30,7 @@ HARMONICS = (1, 2, 3, 4)
 #: At most so many shapes of a window count: the largest; fewer where a log has more than so many numbers to show them.
 MOST, ROOM = 96, 4_000_000
 #: Of inputs that are logged more often than the first, s, one harmonic counts; than the second, none.
-FEW, NONE = 0.15, 0.015
+FEW, NONE = 0.08, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
 

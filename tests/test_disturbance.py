@@ -43,7 +43,9 @@ def pushed(fitted, rng, size):
         noise = rng.standard_normal(x.samples.value.shape) * x.samples.sigma[:, None]
         noise[np.isin(x.samples.kind, (1, 2)), 1] = 0.0
         jumps = rng.standard_normal((3, 31)) * np.array(size)[:, None]
-        value = x.samples.value - now.residuals[k] * x.samples.sigma[:, None] + noise
+        value = x.samples.value + noise
+        mine = bare.windows[k].samples  # whole logs: one window each
+        value[mine] -= now.residuals[k] * x.samples.sigma[mine, None]
         made.append(
             replace(x, samples=replace(x.samples, value=value + np.einsum("madb,db->ma", a[:, :, :3], jumps)))
         )

@@ -203,7 +203,8 @@ def test_every_regression_comes_near_the_truth(estimator, optimiser):
 def test_first_states_are_the_smoothed_ones():
     prepared, _ = clean_fit()
     problem = cut(prepared.identify, 20.0)
-    assert np.array_equal(first_states(problem)[0, :6], prepared.identify[0].states[0])
+    begin = problem.windows[0].first
+    assert np.array_equal(first_states(problem)[0, :6], prepared.identify[0].states[begin])
     assert first_states(problem, np.array([0.1, 0.0]))[0, 3] != prepared.identify[0].states[0, 3]
 
 
