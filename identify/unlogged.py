@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify import kernel
-from identify.bridges import FEW, Shapes, shapes_of
+from identify.bridges import Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
 from identify.drive import drive
 from identify.regression import through_water
@@ -38,6 +38,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 #: Gain in 2 log likelihood from which a share is believed, and that anything was rounded away.
 BELIEVED = 6.0
+#: Inputs are logged often at intervals up to this, s.
+OFTEN = 0.15
 #: What accounts for less of the squared errors is not looked for in inputs that are logged often.
 TENTH = 0.1
 #: Smallest share that is believed, of inputs that are logged seldom and often: less is a few ms, as a run's own steps.
@@ -146,7 +148,7 @@ def most_likely(
 
 def _often(problem: Problem) -> bool:
     """Whether all inputs are logged so often that little is hidden."""
-    return max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= FEW
+    return max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= OFTEN
 
 
 def _nothing(problem: Problem, structure: Structure, p: FloatArray) -> Unlogged:
