@@ -1,0 +1,73 @@
+"""Coefficients that few manoeuvres leave open stay of their natural size; those that the logs determine stay."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from identify.base_fit import fit_from_scratch
+from identify.output_error import RIDGE, prior_for
+from identify.prepare import prepare
+from identify.regression import coefficient_scales
+from identify.ridge import RIDGES, doubt, with_likeliest_ridge
+
+
+@cache
+def sailed(name, manoeuvres):
+    ship, trials = trials_of(name, manoeuvres, 90.0, 5, (), validate=1)
+    prepared = prepare(trials, ship.model)
+    return fit_from_scratch(prepared.structure, prepared.identify)
+
+
+def scaled(fitted):
+    """Coefficients in units of their natural size."""
+    s = fitted.solution
+    sizes = coefficient_scales(s.structure, s.p, fitted.problem.stretches)
+    return np.array(
+        [
+            s.p[k] / sizes[slot.coefficient]
+            for k, slot in enumerate(s.structure.slots)
+            if slot.coefficient >= 0
+        ]
+    )
+
+
+def test_a_rich_model_on_zigzags_alone_is_kept_from_cancelling_forces():
+    """One rudder angle: δ and |δ|δ are one column, and what the one has more the other has less."""
+    loose = sailed("cybership", ("zigzag", "zigzag", "zigzag", "circle"))
+    tight = with_likeliest_ridge(loose)
+    assert loose.prior.ridge == RIDGE
+    assert tight.prior.ridge < RIDGE
+    assert np.abs(scaled(tight)).max() < np.abs(scaled(loose)).max()
+    assert tight.solution.cost < loose.solution.cost + 10.0  # the logs themselves are fitted as well
+
+
+def test_what_the_logs_determine_stays_where_it_is():
+    loose = sailed("catamaran", ("zigzag", "random", "circle", "speed", "random"))
+    tight = with_likeliest_ridge(loose)
+    information = loose.solution.reduced.information.sum(axis=0)
+    sd = np.sqrt(np.diag(np.linalg.inv(information)))
+    known = np.array([s.coefficient >= 0 for s in loose.solution.structure.slots])
+    moved = np.abs(tight.solution.p - loose.solution.p)[known] / sd[known]
+    assert moved.max() < 0.5
+
+
+def test_a_fit_that_has_the_likeliest_ridge_keeps_it():
+    tight = with_likeliest_ridge(sailed("cybership", ("zigzag", "zigzag", "zigzag", "circle")))
+    again = with_likeliest_ridge(tight)
+    assert again.prior.ridge == tight.prior.ridge
+    assert again.solution.total == pytest.approx(tight.solution.total, rel=1e-3)
+
+
+def test_doubt_is_that_of_the_prior_whatever_the_fit_was_made_with():
+    """To second order a fit under one ridge says of another what a fit under that says itself, up to a constant."""
+    loose = sailed("catamaran", ("zigzag", "random", "circle", "speed", "random"))
+    tight = with_likeliest_ridge(loose)
+    s = loose.solution
+    sizes = coefficient_scales(s.structure, s.p, loose.problem.stretches)
+    sds = [prior_for(s.structure, sizes, r).sd for r in RIDGES]
+    one, other = (np.array([doubt(f, sd) for sd in sds]) for f in (loose, tight))
+    assert one - one[0] == pytest.approx(other - other[0], abs=3.0)
