@@ -26,7 +26,7 @@ from validate.pace import Pace
 from validate.rounds import NEARER
 from validate.scores import predictions, validation
 from validate.sure import surely
-from validate.swell import in_swell, with_waves_known
+from validate.swell import in_swell, with_waves_known, without_waves
 from validate.tables import actuator_tables, prediction_tables
 from validate.unseen import speak_against
 from validate.verdict import diagnose
@@ -91,6 +91,8 @@ def analyse(
         after = outcome.fitted if outcome.standing else declared
     near = _nearest(after, outcome)
     waves = waves_of(near) if loop else None
+    if waves is None:
+        declared, after, outcome = _without_waves(declared, after, outcome)
     in_windows = after
     if windowed:
         declared, after, outcome = _finished(declared, after, outcome)
@@ -155,6 +157,20 @@ def _identify(
     outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
+
+
+def _without_waves(
+    declared: Fitted, after: Fitted, outcome: Outcome | None
+) -> tuple[Fitted, Fitted, Outcome | None]:
+    """The fits without waves that they know of: what nobody is told of may explain nothing."""
+    bare: dict[int, Fitted] = {}
+
+    def told(fitted: Fitted) -> Fitted:
+        if id(fitted) not in bare:
+            bare[id(fitted)] = without_waves(fitted)
+        return bare[id(fitted)]
+
+    return told(declared), told(after), outcome and replace(outcome, fitted=told(outcome.fitted))
 
 
 def _finished(

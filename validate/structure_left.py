@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import NEAR, Fitted, fit_states
+from identify.base_fit import NEAR, Fitted
 from identify.drive import Drive, drive
-from identify.first_states import begun
+from identify.first_states import begun, first_states
 from identify.noise import calibrated, smoothness
-from identify.output_error import Prior, information_of, solve
+from identify.output_error import Prior, Solution, information_of, solve
 from identify.predict import run, shown, true_first_state
 from identify.stretch import KIND, Stretch
-from identify.windows import cut
+from identify.windows import Problem, Window, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -24,6 +24,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 RUN_AWAY = 5.0
 #: A prediction is looked at so many seconds ahead.
 AHEAD = 30.0
+#: Steps in which first states are fitted to such windows.
+STEPS = 8
 
 
 def ahead(fitted: Fitted) -> Fitted:
@@ -36,11 +38,11 @@ def ahead(fitted: Fitted) -> Fitted:
     if fitted.chi2_per_dof < NEAR and fitted.problem.length >= AHEAD:
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
-    problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
     if _known_better(fitted):
-        solution = fit_states(problem, structure, p)
+        problem, solution = _gone_on(fitted)
         if np.isfinite(solution.cost):
             return Fitted(calibrated(problem, solution), Prior.held(p), solution)
+    problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
     drives = [drive(structure, p, s) for s in problem.stretches]
     first = np.array(
         [
@@ -53,6 +55,28 @@ def ahead(fitted: Fitted) -> Fitted:
     if not np.isfinite(solution.cost):
         return Fitted(problem, held, solution)
     return Fitted(calibrated(problem, solution), held, solution)
+
+
+def _gone_on(fitted: Fitted) -> tuple[Problem, Solution]:
+    """Windows of about ``AHEAD``, each from where one of the fit's own begins, first states fitted from there on.
+
+    What the inputs hide counts in that: else first states would bend to make up for it.
+    """
+    structure, p = fitted.solution.structure, fitted.solution.p
+    windows: list[Window] = []
+    first: list[FloatArray] = []
+    for w, x in zip(fitted.problem.windows, fitted.solution.first, strict=True):
+        last = windows[-1] if windows else None
+        follows = last is not None and (last.stretch, last.first + last.steps) == (w.stretch, w.first)
+        if last is not None and follows and last.steps * fitted.problem.stretches[w.stretch].h < 0.8 * AHEAD:
+            samples = slice(last.samples.start, w.samples.stop)
+            windows[-1] = replace(last, steps=last.steps + w.steps, samples=samples)
+        else:
+            windows, first = [*windows, w], [*first, x]
+    problem = replace(fitted.problem, windows=tuple(windows), length=AHEAD)
+    held, begin = Prior.held(p), np.array(first)
+    anchor = first_states(problem)
+    return problem, solve(problem, structure, p, begin, held, anchor=anchor, budget=STEPS)
 
 
 def _known_better(fitted: Fitted) -> bool:

@@ -34,13 +34,33 @@ def with_waves_known(fitted: Fitted) -> Fitted:
         return fitted
     seen = _in_long_windows(fitted)
     swell = waves_of(seen)
-    if swell is None and known is None and (perhaps := perhaps_waves(seen)):
-        tried = _knowing(seen, _with_likeliest_skirt(seen, perhaps))
-        return tried if tried.chi2_per_dof < NEAR else fitted
+    if swell is None and known is None:
+        return _tried(seen) or fitted
     if swell is None and not _would_show(known, seen):
         return fitted
     problem = _with_likeliest_skirt(seen, swell)
     return fitted if _band(problem.swell) == _band(known) else _knowing(seen, problem)
+
+
+def _tried(fitted: Fitted) -> Fitted | None:
+    """The fit with waves that its errors may show, if it comes to the noise with them.
+
+    What the inputs hide between their samples may have been taken for them.
+    """
+    bare = replace(fitted, problem=replace(fitted.problem, unlogged=None))
+    perhaps = perhaps_waves(bare)
+    if perhaps is None:
+        return None
+    found = _knowing(bare, _with_likeliest_skirt(bare, perhaps))
+    return found if found.chi2_per_dof < NEAR else None
+
+
+def without_waves(fitted: Fitted) -> Fitted:
+    """The fit refitted without waves, where it knows of any."""
+    problem = fitted.problem
+    if problem.swell is None:
+        return fitted
+    return _knowing(fitted, replace(problem, stretches=in_swell(problem.stretches, None)))
 
 
 def _knowing(fitted: Fitted, problem: Problem) -> Fitted:

@@ -29,7 +29,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: are meant (0.002), because real spectra are not quite the smooth lines that the reckoning takes them for.
 FALSE_ALARM = 1e-6
 #: ... and in fewer than this where waves need but be tried: a fit that knows of them must then come to the noise.
-WORTH_A_TRY = 1e-3
+WORTH_A_TRY = 1e-2
 #: ... and in fewer than this where waves were seen before, and the others' weights are those of errors without them.
 SEEN_BEFORE = 2e-3
 #: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
