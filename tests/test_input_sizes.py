@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from identification_samples import MOTORS
+from identification_samples import MOTORS, trials_of
 from test_effects import with_effect
 from test_kernel import stretch_of
 
+from fixtures.effects import Effect
+from fixtures.sensors import Suite
+from identify.base_fit import fit_from_scratch
 from identify.drive import drive
 from identify.effect import Variant
 from identify.input_sizes import LARGEST, MOST_STARTS, between, sizes_of, untold
+from identify.prepare import prepare
+from identify.structure import null_parameters
+from validate.candidates import candidates
+from validate.exchange import at_likeliest_size
+from validate.refits import begun_at
 
 LEVELS = np.array([0.0, 0.08, -0.12, 0.3, -0.5, 0.9])
 NEUTRAL = Variant("right", {"form": "neutral"})
@@ -58,3 +66,22 @@ def test_between_two_sizes_nothing_changes_and_that_is_the_uncertainty():
 def test_a_slack_linkage_is_not_so():
     structure, p, _, _ = with_effect("actuator_deadband", {"width": 0.2}, Variant("right", {"form": "play"}))
     assert not untold(structure, p, [at_levels()]).any()
+
+
+def test_a_dead_band_is_taken_to_the_size_that_the_measurements_want():
+    """A rudder that moves through all sizes: a width has no slope, and a search from beside it stays beside it."""
+    band = Effect("actuator_deadband", {"width": 0.09}, "rudder", {"form": "neutral"})
+    suite = Suite(measured=True)
+    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag10"), 60.0, 5, (band,), suite=suite)
+    prepared = prepare(trials, ship.model)
+    [active] = [a for a in candidates(prepared.structure) if a.label == "actuator_deadband (rudder, neutral)"]
+    structure = prepared.structure.with_effect(active)
+    [k] = [k for k, s in enumerate(structure.slots) if s.effect == 0]
+    p = null_parameters(structure)
+    p[k] = 0.09
+    fitted = fit_from_scratch(structure, prepared.identify, p)
+    beside = begun_at(fitted, np.where(np.arange(len(p)) == k, 0.097, fitted.solution.p), 20)
+    found = at_likeliest_size(beside)
+    assert found.solution.p[k] == pytest.approx(0.09, abs=0.002)
+    assert found.solution.total < beside.solution.total - 10.0
+    assert at_likeliest_size(found).solution.p[k] == pytest.approx(found.solution.p[k], abs=0.001)
