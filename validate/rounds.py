@@ -124,8 +124,8 @@ def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
 
 
 def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
-    """Of one effect at several inputs that which the accelerations want most; where they do not tell, the first two."""
-    if len(alike) == 1:
+    """Of one effect at many inputs that which the accelerations want most; where they do not tell, the first two."""
+    if len(alike) <= UNDECIDED:
         return alike
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
     asked = [
