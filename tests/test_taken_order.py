@@ -101,7 +101,7 @@ def test_a_stretch_that_begins_within_a_log_is_predicted_from_its_begin():
 
 @pytest.mark.parametrize("seed", [7, 8])
 def test_a_lag_is_found_where_each_log_begins_with_an_order(seed):
-    """Half a second's lag answers to the order before the log, which nobody logged: it was off by 8 standard errors."""
+    """Half a second's lag answers to the order before the log, which nobody logged."""
     lag = Effect("actuator_lag", {"time_constant": 0.55}, "rudder")
     prepared = prepared_with((lag,), "patrol", seed)
     [active] = [a for a in candidates(prepared.structure) if a.label == "actuator_lag (rudder)"]

@@ -24,7 +24,7 @@ FINALISTS = 8
 MOST_EFFECTS = 4
 #: At so many inputs one effect is looked at through the accelerations.
 MOST_INPUTS = 6
-#: ... and so many are tried where these do not tell them apart.
+#: ... and so many are tried where these do not tell them apart, or where there are no more.
 UNDECIDED = 2
 #: A fit that is found on the way is gone on with below this share of the other's cost per degree of freedom.
 NEARER = 0.98
