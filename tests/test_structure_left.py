@@ -7,12 +7,13 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import fit_from_scratch
+from fixtures.sensors import Suite
+from identify.base_fit import NEAR, fit_from_scratch
 from identify.drive import drive
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from validate.other_logs import with_other_logs
-from validate.structure_left import structured_share
+from validate.structure_left import ahead, structured_share
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
 
@@ -58,3 +59,18 @@ def test_parameters_do_not_bend_to_unseen_logs_beyond_what_their_own_allow():
     unseen = with_other_logs(fitted, loaded.validate)
     np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)
     assert max(structured_share(unseen, plain.identify).values()) > 0.1
+
+
+def test_orders_that_come_between_samples_leave_nothing_to_explain_ahead_of_short_windows():
+    """First states that are fitted without what the inputs hide bend to make up for it."""
+    suite = Suite(input_rate=4.0, helm_rate=10.0)
+    _, trials = trials_of("raft", ("random", "zigzag", "zigzag10"), 90.0, 5, (), suite=suite)
+    prepared = prepare(trials, "linear")
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=15.0)
+    assert fitted.problem.unlogged is not None
+    assert fitted.chi2_per_dof < NEAR
+    windows = ahead(fitted).problem.windows
+    assert min(w.first for w in windows) == fitted.problem.windows[0].first
+    assert sum(w.steps for w in windows) == sum(w.steps for w in fitted.problem.windows)
+    assert len(windows) < len(fitted.problem.windows)
+    assert max(structured_share(fitted).values()) < 0.05

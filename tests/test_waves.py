@@ -16,7 +16,7 @@ from identify.first_states import first_states
 from identify.prepare import prepare
 from validate.pace import Pace
 from validate.rounds import rounds
-from validate.swell import with_waves_known
+from validate.swell import with_waves_known, without_waves
 from validate.waves import as_effect, find_waves
 
 DURATION = 60.0
@@ -123,3 +123,13 @@ def test_waves_that_are_known_leave_a_lag_to_be_seen():
 
 def test_a_fit_without_waves_stays_as_it_was():
     assert with_waves_known(clean()) is clean()
+
+
+def test_waves_that_nobody_is_told_of_are_taken_out_of_a_fit():
+    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
+    known = with_waves_known(fitted("usv", (waves,)))
+    assert known.problem.swell is not None
+    bare = without_waves(known)
+    assert bare.problem.swell is None
+    assert bare.chi2_per_dof > known.chi2_per_dof
+    assert without_waves(bare) is bare
