@@ -17,6 +17,7 @@ import numpy as np
 
 from identify.acting import input_clocks
 from identify.drive import drive
+from identify.kernel import CHANNEL
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
@@ -37,13 +38,20 @@ LONGEST = 4.0
 
 @dataclass(frozen=True)
 class Shapes:
-    """Shapes of one standard deviation: means and slopes (steps, e, channels).
+    """Shapes of one standard deviation: means and slopes (steps, e, places).
 
-    Each of the ``e`` columns holds another shape in every window.
+    Each of the ``e`` columns holds another shape in every window. The ``places`` are all channels, or what is named by
+    its place among the factors.
     """
 
     mean: FloatArray
     slope: FloatArray
+    named: tuple[int, ...] | None = None
+
+    @property
+    def places(self) -> IntArray:
+        """Place (c,) among the factors of everything that the shapes are of."""
+        return np.array(self.named) if self.named else CHANNEL + np.arange(self.mean.shape[2])
 
     @property
     def count(self) -> int:

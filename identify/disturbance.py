@@ -106,7 +106,7 @@ def _shown(bare: Problem, fitted: Fitted) -> tuple[FloatArray, ...] | None:
     if not near or fitted.problem.rows > MOST_ROWS:
         return None
     drives = [drive(structure, s.p, stretch) for stretch in bare.stretches]
-    return unit_answers(bare, structure, drives, begun(bare, structure, drives, s.first), blocks_in(bare))
+    return unit_answers(bare, structure, drives, begun(bare, structure, drives, s.first)[0], blocks_in(bare))
 
 
 def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> FloatArray:

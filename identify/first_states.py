@@ -22,12 +22,16 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: Weak knowledge of a window's first state beside its own measurements, 1σ: x, y, psi, u, v, r, e1, e2.
 STATE_PRIOR = np.array([20.0, 20.0, 1.0, 3.0, 3.0, 1.0, 0.5, 0.5])
 
-#: An effect's own states follow from the smoothed motion; they are not free.
-_FOLLOWS = 1e-5
+#: An effect's own states follow from the smoothed motion, within this share of their root mean square: it is not exact,
+#: and what hardly damps remembers what came before a log.
+_FOLLOWS = 0.1
 
 
 def first_states(problem: Problem, current: FloatArray | None = None) -> FloatArray:
-    """First state (windows, 8) of every window from the smoothed states, velocities through the water."""
+    """First state (windows, 8) of every window from the smoothed states, velocities through the water.
+
+    Of an effect's own states it has how far they are from where the smoothed motion has brought them: nothing.
+    """
     out = np.zeros((len(problem.windows), kernel.NX))
     for k, w in enumerate(problem.windows):
         state = problem.stretches[w.stretch].states[w.first : w.first + 1]
@@ -58,11 +62,18 @@ def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatA
     return np.asarray(more + np.array([-force[0] / own[("e2", "e1")], 0.0]), dtype=float)
 
 
-def begun(problem: Problem, structure: Structure, drives: Sequence[Drive], first: FloatArray) -> FloatArray:
-    """First states (w, 8) with those of an effect's own oscillator where the smoothed motion has brought them."""
+def begun(
+    problem: Problem, structure: Structure, drives: Sequence[Drive], first: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """First states (w, 8) with those of an effect's own oscillator about where the smoothed motion has brought them.
+
+    The second (8,) is what a unit of ``first`` is of them: of the oscillator's, their root mean square over the logs.
+    """
+    unit = np.ones(kernel.NX)
     if not structure.has_following_states:
-        return first
+        return first, unit
     follow = [following_states(structure, d, s) for d, s in zip(drives, problem.stretches, strict=True)]
-    first = first.copy()
-    first[:, 6:] = [follow[w.stretch][w.first] for w in problem.windows]
-    return first
+    unit[6:] = np.sqrt(np.mean(np.vstack(follow) ** 2, axis=0)) + 1e-12
+    first = first * unit
+    first[:, 6:] += [follow[w.stretch][w.first] for w in problem.windows]
+    return first, unit

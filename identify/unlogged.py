@@ -1,12 +1,12 @@
 """What the logged inputs hide, and what that leaves open in every window's predictions.
 
 The predictions' errors in a window are no white noise of the sensors alone: the vessel answered to what the inputs
-did between their samples (``identify.bridges``) and to what was rounded away (``identify.rounded_inputs``), which no
-log says. In units of the sensors' noise the errors' covariance is 1 + G Gᵀ, with the answers as columns of G. Errors
-and tangents are made white with it: along its eigenvectors they become smaller by 1/√(1+λ). How much of the largest
-possible variance there really is between samples (a log may be written at every change) is the share that the errors
-themselves are most likely with. The size of what was rounded away is known; it counts where the errors are likelier
-with it.
+did between their samples (``identify.bridges``), to what was rounded away (``identify.rounded_inputs``), and to gusts
+where nothing measured the wind (``identify.gusts``). In units of the sensors' noise the errors' covariance is 1 + G Gᵀ,
+with the answers as columns of G. Errors and tangents are made white with it: along its eigenvectors they become smaller
+by 1/√(1+λ). How much of the largest possible variance there really is between samples (a log may be written at every
+change), and of gusts, is the share that the errors themselves are most likely with. The size of what was rounded away
+is known; it counts where the errors are likelier with it.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from identify import kernel
 from identify.bridges import Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
 from identify.drive import drive
+from identify.gusts import gusts_of
 from identify.regression import through_water
 from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
@@ -51,7 +52,8 @@ class Unlogged:
     """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance.
 
     ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units;
-    ``rounded`` (m, 2, R) likewise of the inputs' rounding, None where it counts for nothing.
+    ``rounded`` (m, 2, R) likewise of the inputs' rounding, None where it counts for nothing; ``blown`` (m, 2, G) of the
+    gusts of a wind that nothing measured, whose variance is the share ``gusty`` of the largest.
     """
 
     structure: Structure
@@ -60,6 +62,14 @@ class Unlogged:
     windows: tuple[Window, ...]
     answers: tuple[FloatArray, ...]
     rounded: tuple[FloatArray, ...] | None = None
+    gusty: float = 0.0
+    blown: tuple[FloatArray, ...] | None = None
+
+    @property
+    def sure(self) -> list[tuple[FloatArray, ...]]:
+        """What is known of beside the answers, each of one standard deviation."""
+        blown = self.blown and tuple(math.sqrt(self.gusty) * a for a in self.blown)
+        return [each for each in (self.rounded, blown) if each is not None]
 
     @property
     def sized(self) -> tuple[FloatArray, ...]:
@@ -67,15 +77,21 @@ class Unlogged:
         between = tuple(
             math.sqrt(self.share) * a[:, :, : a.shape[2] if self.share else 0] for a in self.answers
         )
-        if self.rounded is None:
-            return between
-        return tuple(np.concatenate(a, axis=2) for a in zip(self.rounded, between, strict=True))
+        return tuple(np.concatenate(a, axis=2) for a in zip(*self.sure, between, strict=True))
+
+    @property
+    def gusts_alone(self) -> Unlogged | None:
+        """The same with nothing hidden but gusts; None where there are none."""
+        none = tuple(a[:, :, :0] for a in self.answers)
+        return replace(self, share=0.0, answers=none, rounded=None) if self.blown is not None else None
 
     def over(self, problem: Problem) -> Unlogged:
         """The same for a problem's stretches and windows."""
         if problem.windows is self.windows:
             return self
         there = unlogged(problem, self.structure, self.p, self.share)
+        if self.blown is not None:
+            there = replace(there, gusty=self.gusty, blown=_blown(problem, self.structure, self.p))
         return there if self.rounded is None else _with_rounding(problem, there)
 
 
@@ -83,6 +99,11 @@ def unlogged(problem: Problem, structure: Structure, p: FloatArray, share: float
     """What the inputs may have done between their samples in a problem's windows."""
     answers = [_of_stretch(problem, structure, p, k, shapes_of) for k in range(len(problem.stretches))]
     return Unlogged(structure, p, share, problem.windows, tuple(answers))
+
+
+def _blown(problem: Problem, structure: Structure, p: FloatArray) -> tuple[FloatArray, ...]:
+    """Per stretch (m, 2, G): what its samples would show of the gustiest wind."""
+    return tuple(_of_stretch(problem, structure, p, k, gusts_of) for k in range(len(problem.stretches)))
 
 
 def _with_rounding(problem: Problem, known: Unlogged) -> Unlogged:
@@ -138,12 +159,22 @@ def most_likely(
     most = None if often and not fine else unlogged(problem, structure, p)
     if most is None or (often and not _accounts(problem, most, raw)):
         most = _nothing(problem, structure, p)
+    if fine and any(a.effect.air for a in structure.actives):
+        most = _with_gusts(problem, most, raw)
     known, gain = _believed(problem, most, raw)
     rounding = _with_rounding(problem, most)
     if rounding.rounded is not None:
         other, more = _believed(problem, rounding, raw)
         known = other if more > gain + BELIEVED else known
-    return known if known.share or known.rounded is not None else None
+    return known if known.share or known.sure else None
+
+
+def _with_gusts(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Unlogged:
+    """The same with gusts of the size that errors are likeliest with, where that is believed."""
+    blown = _blown(problem, known.structure, known.p)
+    gains = _gains(problem, replace(known, answers=blown), raw)
+    best = int(np.argmax(gains))
+    return replace(known, gusty=SHARES[best], blown=blown) if gains[best] > gains[0] + BELIEVED else known
 
 
 def _often(problem: Problem) -> bool:
@@ -176,8 +207,8 @@ def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> t
 
 
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
-    """What each share, with rounding and known waves, gains in 2 log likelihood (shares,) over no answers at all."""
-    sure = [a for a in (known.rounded, problem.swung) if a is not None]
+    """What each share gains in 2 log likelihood (shares,) over no answers at all, beside what is sure and waves."""
+    sure = [*known.sure, problem.swung]
     gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
     for w, error in zip(problem.windows, raw, strict=True):
         steady = (problem.kinds(w) != kernel.POSITION)[:, None]
@@ -223,13 +254,13 @@ def _of_stretch(
 
 
 def _along(shapes: Shapes, width: int) -> Along:
-    """Directions that are the shapes alone, each in all channels."""
-    steps, count, channels = shapes.mean.shape
+    """Directions that are the shapes alone, each in all its places."""
+    steps, count, places = shapes.mean.shape
     none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
-    place = np.tile(kernel.CHANNEL + np.arange(channels), count)
     column = kernel.NX + np.arange(count)
     mean, slope = shapes.mean.reshape(steps, -1), shapes.slope.reshape(steps, -1)
     return Along(
-        none, none, none, nothing, none, none, none, nothing, column, place, np.repeat(column, channels),
+        none, none, none, nothing, none, none, none, nothing, column, np.tile(shapes.places, count),
+        np.repeat(column, places),
         mean, slope, np.zeros((2, width)),
     )  # fmt: skip

@@ -181,7 +181,7 @@ def moments(
     With these ``held``, with respect to the first state alone: np is then 0.
     """
     drives = [drive(structure, p, s) for s in problem.stretches]
-    first = begun(problem, structure, drives, first)
+    first, unit = begun(problem, structure, drives, first)
     nothing = nothing_along(kernel.NX + 1), no_sensors(kernel.NX + 1)
     along = [
         nothing if held else along_of(structure, directions(structure, p, s, d), d)
@@ -202,6 +202,8 @@ def moments(
     matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
     raw: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
     for (_, _, numbers), (found, errors) in zip(shares, done, strict=True):
+        found[:, : kernel.NX] *= unit[:, None]
+        found[:, :, : kernel.NX] *= unit
         matrices[numbers] = found
         for k in numbers:
             raw[k] = errors[problem.windows[k].samples]
@@ -269,15 +271,17 @@ def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: Fl
     """Per window the weighted derivatives (m, 2, 8 + np) of its samples along its first state and all parameters."""
     every: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
     columns = slice(0, kernel.NX + len(structure.slots))
-    for number, stretch in enumerate(problem.stretches):
+    drives = [drive(structure, p, s) for s in problem.stretches]
+    first, unit = begun(problem, structure, drives, first)
+    for number, (stretch, d) in enumerate(zip(problem.stretches, drives, strict=True)):
         mine = [k for k, w in enumerate(problem.windows) if w.stretch == number]
         if not mine:
             continue
-        d = drive(structure, p, stretch)
         along, sensor = along_of(structure, directions(structure, p, stretch, d), d)
         sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor)
         windows = [problem.windows[k] for k in mine]
         rows = rows_of(structure, d, stretch, windows, first[mine], along, sensing, columns)
+        rows[..., : kernel.NX] *= unit
         for k, w in zip(mine, windows, strict=True):
             every[k] = rows[w.samples]
     return every

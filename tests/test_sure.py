@@ -66,7 +66,7 @@ def test_a_wind_is_sure_whose_speed_alone_is_not():
         "veer": 0.02,
     }
     _, trials = trials_of(
-        "tanker", ("random", "zigzag", "pull_out", "circle"), 150.0, 5, (Effect("wind", wind),)
+        "tanker", ("random", "zigzag", "pull_out", "circle"), 120.0, 5, (Effect("wind", wind),)
     )
     prepared = prepare(trials, "blanke")
     structure = prepared.structure.with_effect(Active(WIND_UNSEEN))

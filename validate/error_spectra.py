@@ -16,6 +16,7 @@ import numpy as np
 from identify import kernel
 from identify.base_fit import Fitted
 from identify.drive import Drive, drive
+from identify.first_states import begun
 from identify.predict import accelerations_at, run, shown
 from identify.regression import through_water
 from identify.stretch import KIND, Stretch
@@ -75,10 +76,11 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
     p, first = fitted.solution.p, fitted.solution.first
     seen = moments(problem, structure, p, first)
     residuals = seen.raw if problem.swell else seen.residuals
-    drives = {
-        j: drive(structure, p, problem.stretches[j]) for j in {problem.windows[k].stretch for k in used}
-    }
-    looks = [_look(fitted, k, residuals[k], drives[problem.windows[k].stretch], omega) for k in used]
+    drives = [drive(structure, p, s) for s in problem.stretches]
+    begin, _ = begun(problem, structure, drives, first)
+    looks = [
+        _look(fitted, k, begin[k], residuals[k], drives[problem.windows[k].stretch], omega) for k in used
+    ]
     rate, force, errors, done, error, turning, slope = (
         np.concatenate(part) for part in zip(*looks, strict=True)
     )
@@ -106,14 +108,14 @@ def _interval(fitted: Fitted) -> float:
 
 
 def _look(
-    fitted: Fitted, number: int, residual: FloatArray, d: Drive, omega: FloatArray
+    fitted: Fitted, number: int, first: FloatArray, residual: FloatArray, d: Drive, omega: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, FloatArray, FloatArray, FloatArray]:
-    """One window: amplitudes (tapers, f, …) as in ``Spectra``, the velocities' errors (n, 3), turning, slopes."""
+    """One window from ``first`` (8,): amplitudes as in ``Spectra``, the velocities' errors (n, 3), turning, slopes."""
     problem, structure = fitted.problem, fitted.solution.structure
     w = problem.windows[number]
     stretch = problem.stretches[w.stretch]
     part = slice(w.first, w.first + w.steps + 1)
-    states = run(structure, d, stretch, fitted.solution.first[number], w.first, w.steps)
+    states = run(structure, d, stretch, first, w.first, w.steps)
     error = shown(structure, d, stretch, states)[:, 3:6] - stretch.states[part, 3:6]
     speed = through_water(stretch.states[part], d.current)[:, 3:6].mean(axis=0)
     velocity = _velocities(_streams(problem, w, residual, omega), speed, structure.vessel.antenna, omega)

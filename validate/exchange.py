@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.base_fit import FAR, Fitted, fit_from_scratch
 from identify.noise import dispersed_cost
+from identify.regression import start_by_regression
 from validate.judgement import INDISTINCT, effects_alone
 from validate.look_alikes import Standing
 from validate.refits import begun_at, under
@@ -17,6 +18,8 @@ from validate.refits import begun_at, under
 WIDEST, NARROWEST = 0.08, 0.002
 #: Steps of a refit at another size.
 BUDGET = 8
+#: Speeds at which a wind that nothing measured is tried, m/s, and steps of a refit.
+SPEEDS, FOLLOWED = (2.0, 5.0, 10.0), 20
 
 
 def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
@@ -68,6 +71,30 @@ def at_likeliest_size(fitted: Fitted) -> Fitted:
             best = nearest
         else:
             share *= 0.5
+    return best
+
+
+def at_likeliest_speed(fitted: Fitted) -> Fitted:
+    """The fit with a wind that nothing measured at the speed that the measurements want.
+
+    A slow wind on large areas pushes nearly as a fast one on small ones, and a search ends where it began between them.
+    """
+    structure, p = fitted.solution.structure, fitted.solution.p
+    winds = [k for k, a in enumerate(structure.actives) if a.effect.air]
+    if not winds:
+        return fitted
+    mine = [(k, s.coefficient >= 0) for k, s in enumerate(structure.slots) if s.effect == winds[0]]
+    areas, flow = ([k for k, linear in mine if linear is which] for which in (True, False))
+    speed, best = float(np.hypot(*p[flow])), fitted
+    for other in SPEEDS if speed > 0.0 else ():
+        q = p.copy()
+        q[flow] *= other / speed
+        q[areas] = start_by_regression(structure, effects_alone(structure, q), fitted.problem.stretches)[
+            areas
+        ]
+        found = begun_at(fitted, q, FOLLOWED)
+        if found.solution.total < best.solution.total:
+            best = found
     return best
 
 

@@ -25,7 +25,7 @@ from identify.structure import Structure
 from identify.unlogged import bent
 from identify.windows import cut
 from validate.candidates import candidates
-from validate.exchange import as_good_as_declared, better_rival
+from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
 from validate.judgement import INDISTINCT, effects_alone, least_gain
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import Pace
@@ -134,7 +134,8 @@ def _lengthened(
     fitted = rounds(fit_from_scratch(structure, stretches, length=length), turns, pace, enough=FAR)
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         length = min(2.0 * length, longest)
-        fitted = rounds(refined(fitted, length), turns, pace, enough=0.0 if length == longest else FAR)
+        fitted = at_likeliest_speed(refined(fitted, length))
+        fitted = rounds(fitted, turns, pace, enough=0.0 if length == longest else FAR)
     return fitted
 
 

@@ -11,7 +11,7 @@ from identify.ridge import with_likeliest_ridge
 from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
-from validate.exchange import at_likeliest_size, in_likeliest_form
+from validate.exchange import at_likeliest_size, at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, effects_alone, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
@@ -88,7 +88,8 @@ def _turn(fitted: Fitted, pace: Pace) -> Turn:
 
 def _after(taken: Judged) -> Fitted:
     """The fit with an effect that was taken, at its best."""
-    return with_waves_known(at_likeliest_size(in_likeliest_form(settled(taken.fitted))))
+    fitted = at_likeliest_size(in_likeliest_form(settled(taken.fitted)))
+    return with_waves_known(at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted)
 
 
 def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:

@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from identify.base_fit import NEAR, Fitted
-from identify.drive import Drive, drive
+from identify.drive import drive
 from identify.first_states import begun, first_states
+from identify.gusts import blown
 from identify.noise import calibrated, smoothness
 from identify.output_error import Prior, Solution, information_of, solve
 from identify.predict import run, shown, true_first_state
 from identify.stretch import KIND, Stretch
+from identify.unlogged import Unlogged
 from identify.windows import Problem, Window, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -51,7 +53,7 @@ def ahead(fitted: Fitted) -> Fitted:
         ]
     )
     held = Prior.held(p)
-    solution = solve(problem, structure, p, begun(problem, structure, drives, first), held, budget=0)
+    solution = solve(problem, structure, p, first, held, budget=0)
     if not np.isfinite(solution.cost):
         return Fitted(problem, held, solution)
     return Fitted(calibrated(problem, solution), held, solution)
@@ -89,14 +91,12 @@ def window_errors(
 ) -> tuple[FloatArray, FloatArray]:
     """Prediction less smoothed measurement of u, v, r (n, 3) over some windows, and the smoother's own variance."""
     errors, variances = [], []
-    drives: dict[int, Drive] = {}
     structure, problem = fitted.solution.structure, fitted.problem
+    drives = [drive(structure, p, s) for s in problem.stretches]
+    first, _ = begun(problem, structure, drives, first)
     for k in which:
         w = problem.windows[k]
-        stretch = problem.stretches[w.stretch]
-        if w.stretch not in drives:
-            drives[w.stretch] = drive(structure, p, stretch)
-        d = drives[w.stretch]
+        stretch, d = problem.stretches[w.stretch], drives[w.stretch]
         states = shown(structure, d, stretch, run(structure, d, stretch, first[k], w.first, w.steps))
         part = slice(w.first, w.first + w.steps + 1)
         errors.append(states[:, 3:6] - stretch.states[part, 3:6])
@@ -117,7 +117,7 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    variance = variance + _left_open(fitted, not _known_better(seen))
+    variance = variance + _left_open(fitted, seen.problem.unlogged, not _known_better(seen))
     variance = variance + (seen.problem.swell.variance(AHEAD) if seen.problem.swell else 0.0)
     logs = (*fitted.problem.stretches, *besides)
     spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
@@ -140,21 +140,28 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     }
 
 
-def _left_open(fitted: Fitted, smoothed: bool, draws: int = 3, seed: int = 0) -> FloatArray:
+def _left_open(
+    fitted: Fitted, unlogged: Unlogged | None, smoothed: bool, draws: int = 3, seed: int = 0
+) -> FloatArray:
     """Variance (3,) of u, v, r over windows that no model could help.
 
-    An input's change may have come any time between two samples, and ``smoothed`` first states have their errors.
+    An input's change may have come any time between two samples, and ``smoothed`` first states have their errors. A
+    wind that nothing measured has gusts.
     """
     rng = np.random.default_rng(seed)
     structure, problem, solution = fitted.solution.structure, fitted.problem, fitted.solution
     square, n = np.zeros(3), 0
-    for number, stretch in enumerate(problem.stretches):
+    drives = [drive(structure, solution.p, s) for s in problem.stretches]
+    begin, _ = begun(problem, structure, drives, solution.first)
+    for number, (stretch, plain) in enumerate(zip(problem.stretches, drives, strict=True)):
         windows = [k for k, w in enumerate(problem.windows) if w.stretch == number]
-        plain = drive(structure, solution.p, stretch)
         for _ in range(draws):
             moved = drive(structure, solution.p, _with_other_times(stretch, rng))
+            if unlogged and unlogged.gusty:
+                gusts = blown(structure, solution.p, stretch, unlogged.gusty, rng)
+                moved = replace(moved, wind=moved.wind + gusts)
             for k in windows:
-                w, first = problem.windows[k], solution.first[k]
+                w, first = problem.windows[k], begin[k]
                 other = first.copy()
                 other[3:6] += rng.standard_normal(3) * stretch.sigmas[w.first] * smoothed
                 runs = [

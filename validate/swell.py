@@ -47,12 +47,17 @@ def _tried(fitted: Fitted) -> Fitted | None:
 
     What the inputs hide between their samples may have been taken for them.
     """
-    bare = replace(fitted, problem=replace(fitted.problem, unlogged=None))
+    bare = replace(fitted, problem=_in_gusts_alone(fitted.problem))
     perhaps = perhaps_waves(bare)
     if perhaps is None:
         return None
     found = _knowing(bare, _with_likeliest_skirt(bare, perhaps))
     return found if found.chi2_per_dof < NEAR else None
+
+
+def _in_gusts_alone(problem: Problem) -> Problem:
+    """The problem with nothing hidden but a wind's gusts, which would else be taken for waves."""
+    return replace(problem, unlogged=problem.unlogged and problem.unlogged.gusts_alone)
 
 
 def without_waves(fitted: Fitted) -> Fitted:
@@ -81,7 +86,7 @@ def _in_long_windows(fitted: Fitted) -> Fitted:
     structure, length = fitted.solution.structure, window_length(fitted.solution.structure.vessel.length)
     if fitted.problem.length >= length:
         return fitted
-    problem = replace(cut(fitted.problem.stretches, length).weighted_as(fitted.problem), unlogged=None)
+    problem = _in_gusts_alone(cut(fitted.problem.stretches, length).weighted_as(fitted.problem))
     found = replace(fitted, problem=problem, solution=fit_states(problem, structure, fitted.solution.p))
     return found if np.isfinite(found.solution.cost) else fitted
 

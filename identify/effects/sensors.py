@@ -9,7 +9,8 @@ from functools import partial
 from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant, whole
 from preprocess.vessel import Vessel
 
-#: An antenna is within this share of the vessel's length or beam from midships, and what a mast or a boom reaches, m.
+#: An antenna is within this share of the vessel's length from midships, and what a mast or a boom reaches, m. It is so
+#: across the vessel, too: who takes forward for starboard errs by that much.
 ABOARD, MAST = 0.6, 0.5
 
 HEADING_BIAS = Effect(
@@ -38,8 +39,8 @@ GYRO_BIAS = Effect(
 
 
 def _aboard(axis: int, vessel: Vessel) -> tuple[float, float]:
-    """How far an antenna can be from where it is declared, along the vessel (0) or across it (1), if it is on board."""
-    reach = MAST + ABOARD * (vessel.length, vessel.beam)[axis]
+    """How far an antenna can be from where it is declared, along the vessel (0) or across it (1)."""
+    reach = MAST + ABOARD * vessel.length
     return -reach - vessel.antenna[axis], reach - vessel.antenna[axis]
 
 
