@@ -136,7 +136,7 @@ def effects() -> list[str]:
     for effect in EFFECTS:
         lines += [f"## {effect.name}", "", effect.sentence, "", "```text", effect.equation, "```", ""]
         rows = [
-            (code(p.name), p.unit, "on board" if p.within else bounds(p.bounds), f"{p.null:g}")
+            (code(p.name), p.unit, "by the vessel's size" if p.within else bounds(p.bounds), f"{p.null:g}")
             for p in effect.parameters
         ]
         lines += table(("searched parameter", "unit", "possible", "not there at"), rows) if rows else []
@@ -154,7 +154,7 @@ def bounds(pair: tuple[float, float]) -> str:
 
 
 def _possible(parameter: Parameter) -> str:
-    return "on board" if parameter.within else bounds(parameter.bounds)
+    return "by the vessel's size" if parameter.within else bounds(parameter.bounds)
 
 
 def methods() -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -82,3 +84,13 @@ def test_a_search_that_goes_as_expected_moves_evenly():
     for _ in range(19):
         pace("a step")
     np.testing.assert_allclose(np.diff(seen), 0.05)
+
+
+def test_gusts_of_a_wind_that_nothing_measured_are_told():
+    unlogged = SimpleNamespace(gusty=0.16)
+    fitted = SimpleNamespace(problem=SimpleNamespace(unlogged=unlogged))
+    outcome = replace(EMPTY, fitted=fitted)
+    words = advice_for(Verdict.EXPLAINED, (taken("wind"),), {"u": 0.0}, outcome, 0.1)
+    assert "gusts of about 12 % of the wind's speed" in words
+    calm = replace(EMPTY, fitted=SimpleNamespace(problem=SimpleNamespace(unlogged=None)))
+    assert "gusts" not in advice_for(Verdict.EXPLAINED, (taken("wind"),), {"u": 0.0}, calm, 0.1)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from identify.effects import EFFECTS
+from identify.gusts import GUSTIEST
 from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
@@ -42,6 +44,8 @@ def advice_for(
             )
             parts += [f"{n}: {_CHECK[n]}" for n in names_of(t.look_alikes) if n in _CHECK and n not in said]
             said |= set(names_of(t.look_alikes))
+    if any(t.fitted.name == "wind" for t in taken):
+        parts += _gusts(outcome)
     if verdict is Verdict.UNEXPLAINED:
         worst = max(left, key=lambda c: left[c])
         parts.append(
@@ -91,6 +95,18 @@ def _undetermined(channel: str, share: float) -> str:
         "uncertainty allows that: the logs to identify on do not determine them for such motion. Identify on a "
         "manoeuvre of that kind as well, or declare a model with fewer terms."
     )
+
+
+def _gusts(outcome: Outcome) -> list[str]:
+    """How gusty a wind was that nothing measured."""
+    unlogged = outcome.fitted.problem.unlogged
+    if not unlogged or not unlogged.gusty:
+        return []
+    intensity = GUSTIEST * math.sqrt(unlogged.gusty)
+    return [
+        f"The errors are likeliest with gusts of about {percent(intensity)} of the wind's speed, which no model can "
+        "follow; the standard errors count them."
+    ]
 
 
 def _slow_inputs(outcome: Outcome) -> list[str]:
