@@ -29,6 +29,8 @@ FALSE_ALARM = 0.01
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
 WORTH = 0.02
+#: ... and what lowers it by this share is not from a few places: a free run over a whole log adds up all there is.
+CLEARLY = 0.5
 #: By this share free-running errors over whole logs may grow by chance when parameters move within their uncertainty.
 BY_CHANCE = 0.25
 #: Off the noise, so many of the best candidates are fitted again from the beginning.
@@ -215,9 +217,13 @@ def worthwhile(base: Fitted, fit: Fitted) -> bool:
         less = fit.solution.cost < (1.0 - WORTH_FAR) * base.solution.cost
         nearer = fit.chi2_per_dof < max(FAR, NEARER * base.chi2_per_dof)
         return bool((nearer or less) and not at_bound(fit))
-    if at_bound(fit) or not consistent(base, fit):
+    if at_bound(fit):
         return False
     before, after = free_running_misfit(base), free_running_misfit(fit)
+    if after < (1.0 - CLEARLY) ** 2 * before:
+        return True
+    if not consistent(base, fit):
+        return False
     if after < (1.0 - WORTH) ** 2 * before:
         return True
     to_the_noise = fit.chi2_per_dof < NEAR < base.chi2_per_dof
