@@ -5,11 +5,14 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from reference_markup import code, table
 
-from identify.effect import Parameter
+from identify.effect import Effect, Parameter, Setting
+from identify.term import Term, unit_of
+from preprocess.vessel import Input, Vessel
 
 CONTENT = {
     "tlog": "MAVLink telemetry log of a ground station",
@@ -135,17 +138,28 @@ def effects() -> list[str]:
     )
     for effect in EFFECTS:
         lines += [f"## {effect.name}", "", effect.sentence, "", "```text", effect.equation, "```", ""]
-        rows = [
-            (code(p.name), p.unit, "by the vessel's size" if p.within else bounds(p.bounds), f"{p.null:g}")
-            for p in effect.parameters
-        ]
+        rows = [(code(p.name), p.unit, _possible(p), f"{p.null:g}") for p in effect.parameters]
         lines += table(("searched parameter", "unit", "possible", "not there at"), rows) if rows else []
+        rows = [(code(n), t.dof, t.text, unit_of(t.text, t.dof)) for n, t in _linear(effect)]
+        lines += table(("coefficient", "equation of", "times", "unit"), rows) if rows else []
         if effect.reported:
             names = ", ".join(f"`{n}` ({u})" for n, u in effect.reported.items())
             lines += [f"Reported as {names}.", ""]
         lines += [f"Check on the vessel: {effect.check}", "", f"Source: {effect.source}.", ""]
     lines += ["## waves", "", inspect.getdoc(waves) or "", ""]
     return [*lines, "Reported as `frequency` (rad/s) and the amplitudes `u`, `v` (m/s²), `r` (rad/s²).", ""]
+
+
+def _linear(effect: Effect) -> list[tuple[str, Term]]:
+    """Linear coefficients of an effect and their terms, on a boat with a rudder and a propeller that has none yet."""
+    inputs = (
+        Input("rudder", "rudder", position=(-1.0, 0.0)),
+        Input("propeller", "propeller", position=(-1.0, 0.0)),
+    )
+    setting = Setting(Vessel("boat", length=2.0, beam=0.6), inputs, (), ("a", "b"), wind_logged=True)
+    for variant in (*effect.variants(setting), *effect.variants(replace(setting, wind_logged=False))):
+        return list(effect.terms(setting, variant).items()) if effect.terms else []
+    return []
 
 
 def bounds(pair: tuple[float, float]) -> str:

@@ -320,11 +320,12 @@ def test_loading_acts_in_its_logs_alone(name, values, form, roles):
         assert a == pytest.approx(roles[term.role] * b)
 
 
-def test_an_antenna_is_looked_for_on_board_only():
+def test_an_antenna_is_looked_for_within_the_vessels_length_across_it_too():
+    """Who takes forward for starboard errs across the vessel by as much as along it; no more is a place for a mast."""
     structure, _, _, _ = with_effect("antenna_offset", {"x": 0.1, "y": 0.0})
     vessel = structure.vessel
     bounds = {s.name: s.parameter.bounds for s in structure.slots if s.effect == 0}
-    for k, (name, size) in enumerate((("x", vessel.length), ("y", vessel.beam))):
+    for k, name in enumerate("xy"):
         low, high = (b + vessel.antenna[k] for b in bounds[name])
         assert low == -high
-        assert 0.5 * size < high < size + 0.5
+        assert 0.5 * vessel.length < high < vessel.length + 0.5
