@@ -38,6 +38,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
+#: A wiring that the accelerations prefer goes where the declared one leaves less than this share of the errors.
+HALF = 0.5
 #: So many times an effect that was taken may be exchanged for a rival.
 EXCHANGES = 3
 #: An effect whose loss would cost less than this may make up for another's wrong value.
@@ -80,7 +82,14 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         return found
     pace("the inputs as they were declared")
     other = _searched(prepared, declared, None, pace)
-    return min(found, other, key=lambda o: (-o.fitted.problem.length, o.fitted.chi2_per_dof))
+    return other if _clearly_nearer(other.fitted, found.fitted) else found
+
+
+def _clearly_nearer(one: Fitted, other: Fitted) -> bool:
+    """Whether a fit stays finite in longer windows than another, or leaves less than half as much in equal ones."""
+    if one.problem.length != other.problem.length:
+        return one.problem.length > other.problem.length
+    return one.chi2_per_dof < HALF * other.chi2_per_dof
 
 
 def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace) -> Outcome:
