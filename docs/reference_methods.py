@@ -157,9 +157,8 @@ def _linear(effect: Effect) -> list[tuple[str, Term]]:
         Input("propeller", "propeller", position=(-1.0, 0.0)),
     )
     setting = Setting(Vessel("boat", length=2.0, beam=0.6), inputs, (), ("a", "b"), wind_logged=True)
-    for variant in (*effect.variants(setting), *effect.variants(replace(setting, wind_logged=False))):
-        return list(effect.terms(setting, variant).items()) if effect.terms else []
-    return []
+    variants = (*effect.variants(setting), *effect.variants(replace(setting, wind_logged=False)))
+    return list(effect.terms(setting, variants[0]).items()) if effect.terms and variants else []
 
 
 def bounds(pair: tuple[float, float]) -> str:

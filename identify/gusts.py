@@ -1,8 +1,7 @@
 """What gusts of a wind that nothing measured may have done, as shapes of the air's velocity over time.
 
 A wind that is identified is a steady one; the real one comes and goes by a tenth of its speed and more, and turns. Its
-speed and its direction are taken as independent first-order Gauss-Markov processes of one intensity, the spectrum's
-slope at high frequency being that of a gusty wind's within a decade (Fossen 2011, sec. 8.1.1).
+speed and its direction are taken as independent first-order Gauss-Markov processes of one intensity.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from identify.bridges import Shapes
-from identify.drive import AIR, drive
+from identify.drive import AIR
 from identify.stretch import Stretch
 from identify.structure import Structure
 
@@ -29,7 +28,7 @@ def gusts_of(
     structure: Structure, p: FloatArray, stretch: Stretch, windows: Sequence[tuple[int, int]]
 ) -> Shapes:
     """Shapes of the gustiest wind in windows of a stretch, each (first step, steps): of its speed and direction."""
-    along = _gustiest(structure, p, stretch)
+    along = _gustiest(structure, p)
     each = [_nodes(steps, stretch.h) for _, steps in windows]
     mean = np.zeros((stretch.steps, 2 * max((e.shape[1] for e in each), default=0), 2))
     for (first, steps), waves in zip(windows, each, strict=True):
@@ -47,13 +46,15 @@ def blown(
     fresh = rng.standard_normal((stretch.steps, 2)) * np.sqrt(1.0 - keep**2)
     fresh[:1] = rng.standard_normal((1, 2))
     swing = lfilter([1.0], [1.0, -keep], fresh, axis=0)
-    return np.asarray(np.sqrt(share) * swing @ _gustiest(structure, p, stretch), dtype=float)
+    return np.asarray(np.sqrt(share) * swing @ _gustiest(structure, p), dtype=float)
 
 
-def _gustiest(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArray:
+def _gustiest(structure: Structure, p: FloatArray) -> FloatArray:
     """A standard deviation (2, 2) of the gustiest wind: of its speed, and of its direction; each north and east."""
-    still = stretch.wind[0] if len(stretch.wind) else np.zeros(2)
-    north, east = drive(structure, p, stretch).wind[0] - still
+    north, east = np.sum(
+        [a.effect.air(structure.values(p, e)) for e, a in enumerate(structure.actives) if a.effect.air],
+        axis=0,
+    )
     return GUSTIEST * np.array([[north, east], [-east, north]])
 
 
