@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -78,19 +79,40 @@ def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Dr
 
     ``same_inputs`` is a drive whose actuators are known to be the same, so that they need not be made again.
     """
-    values = [structure.values(p, e) for e in range(len(structure.actives))]
+    values = _values(structure, p)
     inputs = same_inputs or _acting(structure, p, values, stretch)
+    rest = _rest(structure, p, values, stretch.name)
+    return replace(
+        inputs, coefficients=rest.coefficients, wind=stretch.wind + rest.air, current=rest.current, sensor=rest.sensor,
+        factor=rest.factor, u0=structure.u0_at(p),
+    )  # fmt: skip
+
+
+class _Rest(NamedTuple):
+    """What of a drive is the same at all times: with ``air`` (2,) of the wind that no log has; else as in ``Drive``."""
+
+    coefficients: FloatArray
+    factor: FloatArray
+    current: FloatArray
+    air: FloatArray
+    sensor: FloatArray
+
+
+def _rest(structure: Structure, p: FloatArray, values: list[dict[str, float]], log: str) -> _Rest:
     current, air = np.zeros(2), np.zeros(2)
     for active, v in zip(structure.actives, values, strict=True):
         if active.effect.current:
             current = current + np.array(active.effect.current(v))
         if active.effect.air:
             air = air + np.array(active.effect.air(v))
-    factor = _loading(structure, values, stretch.name)
-    return replace(
-        inputs, coefficients=factor * _coefficients(structure, p, values), wind=stretch.wind + air, current=current,
-        sensor=sensor_of(structure, p, values), factor=factor, u0=structure.u0_at(p),
-    )  # fmt: skip
+    factor = _loading(structure, values, log)
+    coefficients = factor * _coefficients(structure, p, values)
+    return _Rest(coefficients, factor, current, air, sensor_of(structure, p, values))
+
+
+def _values(structure: Structure, p: FloatArray) -> list[dict[str, float]]:
+    """Named parameter values of every active effect."""
+    return [structure.values(p, e) for e in range(len(structure.actives))]
 
 
 def _acting(structure: Structure, p: FloatArray, values: Values, stretch: Stretch) -> Drive:
@@ -141,7 +163,7 @@ def sensor_of(
 ) -> FloatArray:
     """Parameters of the sensors (9,): what effects on sensors and clocks make of them."""
     if values is None:
-        values = [structure.values(p, e) for e in range(len(structure.actives))]
+        values = _values(structure, p)
     vessel = structure.vessel
     out = np.zeros(NM)
     out[2] = 1.0
@@ -168,41 +190,48 @@ def _add(out: FloatArray, shift: SensorShift, one_receiver: bool) -> None:
 
 def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive) -> Directions:
     """Derivatives of the drive ``here`` along the general parameters, by central differences of the drive alone."""
-    general = structure.general
+    general, n = structure.general, stretch.steps
     coefficients = np.zeros((len(general), len(structure.table.terms)))
     current, sensor = np.zeros((2, len(general))), np.zeros((NM, len(general)))
     driven: list[tuple[int, int]] = []
     columns: list[tuple[FloatArray, FloatArray]] = []
-    carrying = {k: c for c, k in flow_channels(structure).items()}
     for g, k in enumerate(general):
-        if k in carrying:
-            driven.append((CHANNEL + structure.table.channels.index(carrying[k]), g))
-            columns.append((np.ones(stretch.steps), np.zeros(stretch.steps)))
-            continue
-        if k == structure.u0_place:
-            driven.append((FACTORS.index("Δu"), g))
-            columns.append((np.full(stretch.steps, -1.0), np.zeros(stretch.steps)))
-            continue
-        if k == lead_slot(structure):
-            for place, value, slope in _changing(*_by_lead(here, stretch)):
-                driven.append((place, g))
-                columns.append((value, slope))
-            continue
-        same = None if _moves_inputs(structure, int(k)) else here
-        high, low = _moved(structure, p, int(k), 1.0), _moved(structure, p, int(k), -1.0)
-        width = high[k] - low[k]
-        up, down = drive(structure, high, stretch, same), drive(structure, low, stretch, same)
+        both = [_moved(structure, p, int(k), sign) for sign in (1.0, -1.0)]
+        width = both[0][k] - both[1][k]
+        up, down = (_rest(structure, q, _values(structure, q), stretch.name) for q in both)
         coefficients[g] = (up.coefficients - down.coefficients) / width
         current[:, g] = (up.current - down.current) / width
         sensor[:, g] = (up.sensor - down.sensor) / width
-        for place, value, slope in _moving(up, down, width, same is None):
+        air = zip(AIR, (up.air - down.air) / width - current[:, g], strict=True)
+        steady = ((place, np.full(n, value), np.zeros(n)) for place, value in air if value)
+        for place, value, slope in (*steady, *_driven(structure, p, stretch, here, int(k))):
             driven.append((place, g))
             columns.append((value, slope))
-    empty = np.zeros((stretch.steps, 0))
+    empty = np.zeros((n, 0))
     values, slopes = (np.column_stack([empty, *(c[j] for c in columns)]) for j in (0, 1))
     return Directions(
         coefficients, np.array(driven, dtype=np.int64).reshape(-1, 2), values, slopes, current, sensor
     )
+
+
+#: Place, derivative and derivative of the slope (n,) of what a parameter moves over time.
+_Moving = tuple[int, FloatArray, FloatArray]
+
+
+def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, k: int) -> Iterator[_Moving]:
+    """What one general parameter moves of the factors and channels."""
+    n, carrying = stretch.steps, {slot: name for name, slot in flow_channels(structure).items()}
+    if k in carrying:
+        yield CHANNEL + structure.table.channels.index(carrying[k]), np.ones(n), np.zeros(n)
+    elif k == structure.u0_place:
+        yield FACTORS.index("Δu"), np.full(n, -1.0), np.zeros(n)
+    elif k == lead_slot(structure):
+        yield from _changing(*_by_lead(here, stretch))
+    elif _moves_inputs(structure, k):
+        both = [_moved(structure, p, k, sign) for sign in (1.0, -1.0)]
+        more, less = (_acting(structure, q, _values(structure, q), stretch) for q in both)
+        width = both[0][k] - both[1][k]
+        yield from _changing((more.channels - less.channels) / width, (more.slopes - less.slopes) / width)
 
 
 def _by_lead(here: Drive, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
@@ -211,24 +240,10 @@ def _by_lead(here: Drive, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
     return mean, slope
 
 
-def _changing(value: FloatArray, slope: FloatArray) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-    """Place, derivative and derivative of the slope (n,) of the channels that change at all."""
+def _changing(value: FloatArray, slope: FloatArray) -> Iterator[_Moving]:
+    """The channels that change at all."""
     for k in np.nonzero(value.any(axis=0) | slope.any(axis=0))[0]:
         yield CHANNEL + int(k), value[:, k], slope[:, k]
-
-
-def _moving(
-    up: Drive, down: Drive, width: float, inputs: bool
-) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-    """Place, derivative (n,) and derivative of the slope (n,) of everything over time that is not the same in both."""
-    if inputs:
-        yield from _changing((up.channels - down.channels) / width, (up.slopes - down.slopes) / width)
-    air = up.current - down.current
-    if air.any() or up.wind is not down.wind:
-        change = (up.wind - down.wind - air) / width
-        for place, column in zip(AIR, change.T, strict=True):
-            if column.any():
-                yield place, column, np.zeros(len(column))
 
 
 def _moves_inputs(structure: Structure, k: int) -> bool:

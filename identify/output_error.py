@@ -8,13 +8,14 @@ follow without another run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from identify.first_states import state_precision
 from identify.kernel import NX
+from identify.reduction import Reduced, damped_step, reduce
 from identify.structure import Structure
 from identify.windows import Moments, Problem, moments
 
@@ -23,6 +24,12 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: A coefficient is known beforehand to be within this many times its natural size.
 RIDGE = 30.0
+#: A search begins with so much damping.
+DAMPED = 1e-2
+#: A step that goes too far is taken in part, so often at most, each time half or less, or this where it ran away.
+SHORTENED, HALF, RAN_AWAY = 2, 0.5, 0.1
+#: More damping is tried instead where less of it is good than this.
+LEAST_PART = 0.03
 
 
 class Stopped(Enum):
@@ -50,21 +57,6 @@ class Prior:
     def held(cls, p: FloatArray) -> Prior:
         """Parameters that are not to move from ``p`` (np,)."""
         return cls(p, np.full(len(p), 1e-9))
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """Normal equations with the first states eliminated.
-
-    ``information`` (w, np, np) and ``score`` (w, np) per window; ``cost`` (w,) is the cost left per window at its best
-    first state; ``state_step`` (w, 8) and ``state_slope`` (w, 8, np) give that state: step - slope @ δp.
-    """
-
-    information: FloatArray
-    score: FloatArray
-    cost: FloatArray
-    state_step: FloatArray
-    state_slope: FloatArray
 
 
 @dataclass(frozen=True)
@@ -97,35 +89,6 @@ class Solution:
         return self.cost + self.penalty
 
 
-def reduce(
-    matrices: FloatArray,
-    first: FloatArray,
-    anchor: FloatArray,
-    known: FloatArray,
-    damping: float | FloatArray = 0.0,
-) -> Reduced:
-    """Eliminate every window's first state from its moment matrix (w, 8 + np + 1 square).
-
-    ``known`` (8,) is the precision with which the ``anchor`` is known beforehand; ``damping`` is one number, or (w, 1).
-    """
-    a = matrices[:, :NX, :NX].copy()
-    index = np.arange(NX)
-    a[:, index, index] += known
-    a[:, index, index] *= 1.0 + damping
-    b = matrices[:, :NX, NX:-1]
-    gx = matrices[:, :NX, -1] - (first - anchor) * known
-    scale = 1.0 / np.sqrt(np.maximum(a[:, index, index], 1e-300))
-    a *= scale[:, :, None] * scale[:, None, :]
-    a[:, index, index] += 1e-13
-    right = np.concatenate([gx[:, :, None], b], axis=2) * scale[:, :, None]
-    solved = np.linalg.solve(a, right) * scale[:, :, None]
-    step, slope = solved[:, :, 0], solved[:, :, 1:]
-    information = matrices[:, NX:-1, NX:-1] - np.swapaxes(b, 1, 2) @ slope
-    score = matrices[:, NX:-1, -1] - np.einsum("wij,wi->wj", b, step)
-    cost = matrices[:, -1, -1] - np.einsum("wi,wi->w", gx, step)
-    return Reduced(information, score, cost, step, slope)
-
-
 def prior_for(structure: Structure, scales: FloatArray, ridge: float = RIDGE) -> Prior:
     """Ridge on coefficients from their natural sizes (terms,), priors of the slots, nothing on the others."""
     mean, sd = np.zeros(len(structure.slots)), np.full(len(structure.slots), np.inf)
@@ -137,9 +100,111 @@ def prior_for(structure: Structure, scales: FloatArray, ridge: float = RIDGE) ->
     return Prior(mean, sd, ridge)
 
 
-def _penalty(p: FloatArray, first: FloatArray, anchor: FloatArray, prior: Prior, known: FloatArray) -> float:
-    states = np.sum((first - anchor) ** 2 * known)
-    return float(np.sum(((p - prior.mean) / prior.sd) ** 2) + states)
+@dataclass(frozen=True)
+class _Place:
+    """Where a search is: ``p`` (np,), ``first`` (w, 8), their moments, and what is known beforehand as a cost."""
+
+    p: FloatArray
+    first: FloatArray
+    moments: Moments
+    penalty: float
+
+    @property
+    def total(self) -> float:
+        """Cost with the priors'."""
+        return self.moments.cost + self.penalty
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Where to go from a place: ``p`` (np,) and ``first`` (w, 8) to add, the gain ``promised``, what is ``held``.
+
+    ``slope`` is that of the cost at its begin, exact where the model is not linear too.
+    """
+
+    p: FloatArray
+    first: FloatArray
+    promised: float
+    slope: float
+    held: BoolArray
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is to be minimised: ``anchor`` (w, 8), ``known`` (8,) of first states; ``low``, ``high`` (np,) bounds."""
+
+    problem: Problem
+    structure: Structure
+    prior: Prior
+    anchor: FloatArray
+    known: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def at(self, p: FloatArray, first: FloatArray) -> _Place:
+        """The place with these parameters and first states."""
+        penalty = np.sum(((p - self.prior.mean) / self.prior.sd) ** 2) + np.sum(
+            (first - self.anchor) ** 2 * self.known
+        )
+        return _Place(p, first, moments(self.problem, self.structure, p, first), float(penalty))
+
+    def way(self, here: _Place, damping: float) -> _Way:
+        """Damped step of parameters and first states; parameters stay within their bounds."""
+        matrices, prior = here.moments.matrices, self.prior
+        reduced = reduce(matrices, here.first, self.anchor, self.known, damping)
+        information = reduced.information.sum(axis=0) + np.diag(1.0 / prior.sd**2)
+        pull = (here.p - prior.mean) / prior.sd**2
+        score = reduced.score.sum(axis=0) - pull
+        held = ((here.p <= self.low) & (score < 0)) | ((here.p >= self.high) & (score > 0))
+        move = damped_step(information, score, ~held, damping)
+        first = reduced.state_step - np.einsum("wij,j->wi", reduced.state_slope, move)
+        gx = matrices[:, :NX, -1] - (here.first - self.anchor) * self.known
+        promised = float(score @ move + np.sum(gx * reduced.state_step))
+        move = np.clip(here.p + move, self.low, self.high) - here.p
+        down = (matrices[:, NX:-1, -1].sum(axis=0) - pull) @ move + np.sum(gx * first)
+        return _Way(move, first, promised, -2.0 * float(down), held)
+
+    def along(self, here: _Place, way: _Way, part: float) -> _Place:
+        """Part of the way from a place."""
+        return self.at(here.p + part * way.p, here.first + part * way.first)
+
+    def ended(self, here: _Place, held: BoolArray, stopped: Stopped, steps: int) -> Solution:
+        """The solution where a search ended."""
+        reduced = reduce(np.nan_to_num(here.moments.matrices), here.first, self.anchor, self.known)
+        return Solution(
+            self.structure, here.p, here.first, here.moments.cost, here.penalty, reduced, here.moments, held, stopped,
+            steps,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Stride:
+    """How a search steps: its damping, the part of a step that is tried, and how often that was shortened."""
+
+    damping: float = DAMPED
+    part: float = 1.0
+    shortened: int = 0
+
+    @property
+    def longer(self) -> _Stride:
+        """That of a new step: twice the part that was good last."""
+        return replace(self, part=min(1.0, 2.0 * self.part))
+
+    def after(self, gain: float, promised: float) -> _Stride:
+        """After a good step."""
+        ease = 0.1 if self.part == 1.0 and gain > 0.5 * promised else 1.0
+        return replace(self, damping=max(ease * self.damping, 1e-7), shortened=0)
+
+    def shorter(self, slope: float, gain: float) -> _Stride:
+        """After a step that went too far: to the lowest place of the parabola through its slope and its end."""
+        part, slope = self.part, self.part * slope
+        if not np.isfinite(gain):
+            part *= RAN_AWAY
+        else:
+            part *= min(HALF, slope / (2.0 * (slope + gain))) if slope < 0.0 else 0.0
+        if self.shortened == SHORTENED or part < LEAST_PART:
+            return _Stride(10.0 * max(self.damping, 1e-4))
+        return replace(self, part=part, shortened=self.shortened + 1)
 
 
 def solve(
@@ -159,77 +224,38 @@ def solve(
     ``tolerance`` is in units of the cost: the search stops where the next step promises less. The same rule serves
     every structure, so that costs can be compared. Where even ten times the gain that is promised would not bring the
     cost below ``target``, the search is given up.
+
+    A step that goes too far is taken in part: where a model lacks something the cost's valleys are bent, and damping
+    alone would turn every step away from the valley's own direction. The next one begins with twice that part. Where
+    hardly any of a step is good, its direction is not, and there is more damping.
     """
     anchor = first if anchor is None else anchor
-    known = state_precision(structure)
     low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
-    p = np.clip(p, low, high)
-    now = moments(problem, structure, p, first)
-    penalty = _penalty(p, first, anchor, prior, known)
-    damping, stopped, step = 1e-3, Stopped.BUDGET, 0
+    task = _Task(problem, structure, prior, anchor, state_precision(structure), low, high)
+    here = task.at(np.clip(p, low, high), first)
+    stride, step = _Stride(), 0
     held: BoolArray = np.zeros(len(p), dtype=bool)
-    if not np.isfinite(now.cost):
-        return _end(structure, p, first, now, penalty, anchor, held, Stopped.DIVERGED, 0, known)
+    if not np.isfinite(here.total):
+        return task.ended(here, held, Stopped.DIVERGED, 0)
     for step in range(1, budget + 1):
-        move, d_first, promised, held = _direction(now, p, first, anchor, prior, damping, low, high, known)
-        if promised < tolerance:
-            stopped = Stopped.CONVERGED
-            break
-        if step > 4 and now.cost + penalty - 10.0 * promised > target:
-            stopped = Stopped.HOPELESS
-            break
-        trial_p, trial_first = np.clip(p + move, low, high), first + d_first
-        trial = moments(problem, structure, trial_p, trial_first)
-        trial_penalty = _penalty(trial_p, trial_first, anchor, prior, known)
-        gain = now.cost + penalty - trial.cost - trial_penalty
-        if np.isfinite(gain) and gain > 0:
-            p, first, now, penalty = trial_p, trial_first, trial, trial_penalty
-            damping = max(damping * (0.1 if gain > 0.5 * promised else 1.0), 1e-7)
-            if gain < 0.2 * tolerance:
-                stopped = Stopped.CONVERGED
-                break
+        if not stride.shortened:
+            way, stride = task.way(here, stride.damping), stride.longer
+            held = way.held
+            if way.promised < tolerance:
+                return task.ended(here, held, Stopped.CONVERGED, step)
+            if step > 4 and here.total - 10.0 * way.promised > target:
+                return task.ended(here, held, Stopped.HOPELESS, step)
+        there = task.along(here, way, stride.part)
+        gain = here.total - there.total
+        if gain > 0.0:
+            here, stride = there, stride.after(gain, way.promised)
+            if stride.part == 1.0 and gain < 0.2 * tolerance:
+                return task.ended(here, held, Stopped.CONVERGED, step)
         else:
-            damping = max(damping, 1e-4) * 10.0
-            if damping > 1e7:
-                stopped = Stopped.STALLED
-                break
-    return _end(structure, p, first, now, penalty, anchor, held, stopped, step, known)
-
-
-def _end(
-    structure: Structure, p: FloatArray, first: FloatArray, now: Moments, penalty: float, anchor: FloatArray,
-    held: BoolArray, stopped: Stopped, steps: int, known: FloatArray,
-) -> Solution:  # fmt: skip
-    reduced = reduce(np.nan_to_num(now.matrices), first, anchor, known)
-    return Solution(structure, p, first, now.cost, penalty, reduced, now, held, stopped, steps)
-
-
-def _direction(
-    now: Moments, p: FloatArray, first: FloatArray, anchor: FloatArray, prior: Prior, damping: float,
-    low: FloatArray, high: FloatArray, known: FloatArray,
-) -> tuple[FloatArray, FloatArray, float, BoolArray]:  # fmt: skip
-    """Damped step of parameters and first states, the gain that it promises, and the parameters held at a bound."""
-    reduced = reduce(now.matrices, first, anchor, known, damping)
-    information = reduced.information.sum(axis=0) + np.diag(1.0 / prior.sd**2)
-    score = reduced.score.sum(axis=0) - (p - prior.mean) / prior.sd**2
-    held = ((p <= low) & (score < 0)) | ((p >= high) & (score > 0))
-    move = _damped(information, score, ~held, damping)
-    d_first = reduced.state_step - np.einsum("wij,j->wi", reduced.state_slope, move)
-    gx = now.matrices[:, :NX, -1] - (first - anchor) * known
-    promised = float(score @ move + np.sum(gx * reduced.state_step))
-    return move, d_first, promised, held
-
-
-def _damped(information: FloatArray, score: FloatArray, free: BoolArray, damping: float) -> FloatArray:
-    """Levenberg-Marquardt step on columns scaled to unit diagonal; held parameters stay."""
-    move = np.zeros(len(score))
-    if not free.any():
-        return move
-    part = information[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
-    scaled = part * scale * scale[:, None] + (damping + 1e-10) * np.eye(len(part))
-    move[free] = scale * np.linalg.solve(scaled, scale * score[free])
-    return move
+            stride = stride.shorter(way.slope, gain)
+            if stride.damping > 1e7:
+                return task.ended(here, held, Stopped.STALLED, step)
+    return task.ended(here, held, Stopped.BUDGET, step)
 
 
 def information_of(solution: Solution, prior: Prior) -> FloatArray:

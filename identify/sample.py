@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from identify.aligned import zeros
-from identify.kernel import HEADING, NX, POSITION, YAW_RATE
+from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
 from identify.simd import HELPER, load, splat, store
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -152,21 +152,23 @@ def row_of(axis, i, x, begin, m, motion, sensing, run, work):
     sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]
     width, h = work.batch.shape[1], motion.h
     heading, turning, one = np.int64(2), np.int64(5), np.int64(1)
-    psi, turn = _interpolated(heading, i, x, begin, motion, run)
-    r, change = _interpolated(turning, i, x, begin, motion, run)
     for q in range(SOURCES):
         work.counts[q] = 0
-    if k == HEADING:
-        _state(heading, 1.0, i, x, h, work)
-        _add(np.int64(2), 0 * width, 1.0, work)
-        _add(np.int64(2), 6 * width, -turn, work)
-        return sensing.value[m, 0] - (psi + sensor[0])
+    r = change = 0.0
+    if k in (YAW_RATE, VELOCITY) or used[5]:
+        r, change = _interpolated(turning, i, x, begin, motion, run)
     if k == YAW_RATE:
         _state(turning, sensor[2], i, x, h, work)
         _add(np.int64(2), one * width, 1.0, work)
         _add(np.int64(2), 2 * width, r, work)
         _add(np.int64(2), 7 * width, -sensor[2] * change, work)
         return sensing.value[m, 0] - (sensor[2] * r + sensor[1])
+    psi, turn = _interpolated(heading, i, x, begin, motion, run)
+    if k == HEADING:
+        _state(heading, 1.0, i, x, h, work)
+        _add(np.int64(2), 0 * width, 1.0, work)
+        _add(np.int64(2), 6 * width, -turn, work)
+        return sensing.value[m, 0] - (psi + sensor[0])
     c, s = math.cos(psi), math.sin(psi)
     # where the antenna is from the origin, north and east, and what a turn moves it by
     ahead, aside = c * sensor[3] - s * sensor[4], s * sensor[3] + c * sensor[4]

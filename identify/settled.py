@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.first_states import first_states, state_precision
-from identify.output_error import reduce
+from identify.reduction import reduce
 from identify.structure import Structure
 from identify.windows import Moments, Problem, moments
 

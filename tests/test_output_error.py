@@ -20,11 +20,13 @@ from identify.effect import Active
 from identify.effects import CURRENT
 from identify.first_states import first_states
 from identify.fit_with import fit_with
-from identify.output_error import Stopped, reduce, solve
+from identify.output_error import Stopped, prior_for, solve
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
-from identify.regression import couples, start_by_regression
+from identify.reduction import reduce
+from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.report_fit import covariance_of, fitted_effect, make_fit
+from identify.settled import settled
 from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters
 from identify.term import Term
@@ -44,6 +46,20 @@ def campaign(current=0.0, seed=3):
 def clean_fit():
     prepared = prepare(campaign()[1], "modulus")
     return prepared, fit_declared(prepared)
+
+
+def test_a_search_in_a_model_that_lacks_an_effect_comes_to_its_end():
+    """The cost's valleys are bent there: steps that were damped only, never taken in part, crept on for hundreds."""
+    trials = trials_of("catamaran", MANOEUVRES, 80.0, 3, [Effect("heading_bias", {"bias": 0.08})])[1]
+    prepared = prepare(trials, "modulus")
+    structure, stretches = prepared.structure, prepared.identify
+    p = start_by_regression(structure, null_parameters(structure), stretches)
+    problem = cut(stretches, 30.0)
+    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    first = settled(problem, structure, p).first
+    found = solve(problem, structure, p, first, prior, anchor=first_states(problem))
+    assert found.stopped is Stopped.CONVERGED
+    assert solve(problem, structure, found.p, found.first, prior, anchor=first_states(problem)).stayed
 
 
 def test_parameters_come_back_within_their_standard_errors():

@@ -8,7 +8,8 @@ import numpy as np
 
 from identify.base_fit import Fitted
 from identify.first_states import first_states, state_precision
-from identify.output_error import reduce, solve
+from identify.output_error import solve
+from identify.reduction import reduce
 from identify.structure import Structure
 from identify.windows import moments
 

@@ -12,7 +12,8 @@ from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
 from identify.input_sizes import between, sizes_of
-from identify.output_error import Prior, prior_for, reduce
+from identify.output_error import Prior, prior_for
+from identify.reduction import reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure
 from identify.windows import moments

@@ -112,11 +112,18 @@ def judge(
 
 
 def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
-    """The refits, best first; of an effect in some logs the best one is in those that the measurements want."""
-    found, seen = [], set()
+    """The refits, best first; of an effect in some logs the best one is in those that the measurements want.
+
+    Where the best of all is at the noise, the others' logs need not be asked for: what could stand in its place is
+    asked later.
+    """
+    found: list[tuple[Screened, Fitted]] = []
+    seen: set[str] = set()
+    settled = bool(refitted) and refitted[0][1].chi2_per_dof < NEAR < base.chi2_per_dof
     for screened, fit in refitted:
         name = screened.active.effect.name
         promises = fit.solution.total < base.solution.total - INDISTINCT and name not in seen
+        promises = promises and not (settled and found)
         found.append((screened, in_likeliest_logs(fit, INDISTINCT) if promises else fit))
         seen.add(name)
     return sorted(found, key=lambda x: x[1].solution.total)

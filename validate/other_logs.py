@@ -11,7 +11,8 @@ from scipy.stats import chi2
 from identify.base_fit import FAR, Fitted
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
-from identify.output_error import Prior, Reduced, Solution, information_of, solve
+from identify.output_error import Prior, Solution, information_of, solve
+from identify.reduction import Reduced
 from identify.report_fit import covariance_of
 from identify.stretch import Stretch
 from identify.taken_order import as_in

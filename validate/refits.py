@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import FAR, SHORT, Fitted, roughly
+from identify.base_fit import FAR, NEAR, SHORT, Fitted, roughly
 from identify.first_states import first_states
 from identify.in_common import in_common
 from identify.output_error import Solution, Stopped, solve
@@ -31,7 +31,7 @@ CONVERGES = 1.5
 RUNNERS, PROMISING = 4, 4
 #: So many of the candidates that promise most are begun before the others.
 FIRST = 10
-#: Near the noise so many are refitted before one is given up because it cannot reach what another has.
+#: So many are refitted beside each other before one is given up because it cannot reach what another has.
 FEW = 2
 
 
@@ -112,11 +112,19 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
 def _taken_on(
     base: Fitted, ahead: Sequence[tuple[Screened, Fitted]], done: set[int], pace: Pace
 ) -> list[tuple[Screened, Fitted]]:
-    """Fits on some windows taken on to all of the base's, but for those that are ``done`` (by identity)."""
+    """Fits on some windows taken on to all of the base's, but for those that are ``done`` (by identity).
+
+    The nearest are taken on first, and no more where one of those is at the noise.
+    """
     part = {id(s): f for s, f in ahead if id(s) not in done}
     pace.expect(len(part), pace.left)
     best = [s for s, _ in ahead if id(s) in part]
-    return _beside(base, best, lambda s: _slack(base, _whole(base, part[id(s)])), pace)
+    found: list[tuple[Screened, Fitted]] = []
+    for k in range(0, len(best), FEW):
+        found += _beside(base, best[k : k + FEW], lambda s: _slack(base, _whole(base, part[id(s)])), pace)
+        if any(f.chi2_per_dof < NEAR for _, f in found):
+            break
+    return found
 
 
 def _beside(

@@ -21,8 +21,9 @@ from identify.estimators.estimate import FloatArray
 from identify.first_states import first_states, state_precision
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, minimise
-from identify.output_error import prior_for, reduce, solve
+from identify.output_error import prior_for, solve
 from identify.prepare import prepare
+from identify.reduction import reduce
 from identify.regression import coefficient_scales
 from identify.structure import Structure, null_parameters
 from identify.windows import cut, moments

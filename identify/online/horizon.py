@@ -17,7 +17,8 @@ from identify.first_states import first_states, state_precision
 from identify.kernel import NX
 from identify.noise import calibrated
 from identify.online.knowledge import Estimate, Knowledge, Noise
-from identify.output_error import Prior, Reduced, Solution, Stopped, reduce
+from identify.output_error import Prior, Solution, Stopped
+from identify.reduction import Reduced, damped_step, reduce
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import Moments, Problem, Window, moments
@@ -158,7 +159,7 @@ def _search(horizon: Horizon, weight: FloatArray) -> Solution:
         reduced = reduce(here.moments.matrices, here.first, anchor, known, damping)
         information, score = _normal(horizon, reduced, weight, here.p)
         held = ((here.p <= low) & (score < 0)) | ((here.p >= high) & (score > 0))
-        move = _step(information, score, ~held, damping)
+        move = damped_step(information, score, ~held, damping)
         first = here.first + reduced.state_step - np.einsum("wij,j->wi", reduced.state_slope, move)
         there = at(np.clip(here.p + move, low, high), first)
         gain = here.cost - there.cost
@@ -192,19 +193,6 @@ def _normal(
     return information + np.diag(1.0 / prior.sd**2), score
 
 
-def _step(
-    information: FloatArray, score: FloatArray, free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    damping: float,
-) -> FloatArray:  # fmt: skip
-    """Levenberg-Marquardt step on columns scaled to unit diagonal; held parameters stay."""
-    move = np.zeros(len(score))
-    part = information[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
-    scaled = part * scale * scale[:, None] + (damping + 1e-10) * np.eye(len(part))
-    move[free] = scale * np.linalg.solve(scaled, scale * score[free])
-    return move
-
-
 def promised(horizon: Horizon) -> float:
     """Cost that the next step promises; infinite where the prediction runs away."""
     structure, first = horizon.structure, horizon.first
@@ -213,7 +201,7 @@ def promised(horizon: Horizon) -> float:
         return math.inf
     reduced = reduce(found.matrices, first, first, state_precision(structure))
     information, score = _normal(horizon, reduced, np.ones(len(first)), horizon.p)
-    move = _step(information, score, np.ones(len(score), dtype=bool), 1e-9)
+    move = damped_step(information, score, np.ones(len(score), dtype=bool), 1e-9)
     return float(reduced.cost.sum()) + _known_cost(horizon, horizon.p) - float(score @ move)
 
 

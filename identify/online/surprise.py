@@ -18,8 +18,9 @@ from identify.first_states import state_precision
 from identify.kernel import NX
 from identify.online.horizon import Horizon, problem_of, update
 from identify.online.knowledge import Estimate, Knowledge, Noise
-from identify.output_error import Prior, reduce
+from identify.output_error import Prior
 from identify.predict import run, shown, true_first_state
+from identify.reduction import reduce
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.term import Term
