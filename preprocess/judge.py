@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -16,6 +17,8 @@ CLIPPED = ("yaw_rate", "velocity")
 #: A sensor at the end of its range shows the same value so many times running, so many times in all, and so many
 #: times more often than values within this share of its range beside it.
 RUN, PILE, PILED, BESIDE = 3, 6, 3.0, 0.03
+#: Values that repeat less than so many times as often as noise alone makes them were measured anew.
+CHANCE = 1.25
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ def repeated(value: FloatArray, quantum: float) -> BoolArray:
     """Return samples that only repeat the one before although the quantity moved on; (n,) bool.
 
     A value that stays for several samples and then jumps by more than two steps of its resolution was not
-    measured anew; one that stays because nothing moves was.
+    measured anew; one that stays because nothing moves was. Noise of a few steps meets the same value by chance as
+    often as its neighbours: where values repeat no more often than that, all were measured.
     """
     n = len(value)
     same = np.zeros(n, dtype=bool)
@@ -78,11 +82,28 @@ def repeated(value: FloatArray, quantum: float) -> BoolArray:
     same[1:] = change == 0.0
     if not same.any():
         return same
+    if flat.shape[1] == 1 and _by_chance(np.diff(flat[:, 0]), quantum):
+        return np.zeros(n, dtype=bool)
     first = np.flatnonzero(~same)
     run = np.cumsum(~same) - 1
     jump = np.abs(np.diff(flat[first], axis=0)).max(axis=1)
     around = np.maximum(np.r_[0.0, jump], np.r_[jump, 0.0])
     return np.asarray(same & (around[run] > 2.5 * quantum), bool)
+
+
+def _by_chance(change: FloatArray, quantum: float) -> bool:
+    """Whether values repeat no more often than noise makes them, by how often they change by one step and by two.
+
+    The changes that noise makes are normal: the logarithm of how often each comes falls with its square.
+    """
+    if not quantum > 0.0:
+        return False
+    steps = np.abs(np.rint(change / quantum))
+    none, one, two = (int(np.sum(steps == k)) for k in range(3))
+    if two == 0 or one < two:
+        return False
+    expected = 0.5 * one * (one / two) ** (1.0 / 3.0)
+    return none < CHANCE * expected + 3.0 * math.sqrt(expected)
 
 
 def saturated(value: FloatArray, quantum: float) -> BoolArray:

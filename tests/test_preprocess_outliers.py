@@ -94,6 +94,17 @@ def test_a_vessel_at_rest_repeats_itself_rightly():
     assert not repeated(np.cumsum(steps, axis=0) * quantum, quantum).any()
 
 
+@pytest.mark.parametrize("steps", [0.7, 1.0, 3.0, 8.0])
+def test_a_noisy_compass_that_rounds_repeats_itself_by_chance(steps):
+    """A steady ship with a compass of 0.1 degrees once lost a tenth of its headings as not measured anew."""
+    random = np.random.default_rng(4)
+    course = 0.3 * np.sin(np.arange(2000) / 60.0) * steps
+    measured = np.rint(course + random.normal(0.0, steps, 2000)) * 0.1
+    assert not repeated(measured, 0.1).any()
+    twice = np.repeat(measured, 2)
+    assert repeated(twice, 0.1).mean() > (0.4 if steps >= 3.0 else 0.01)
+
+
 @given(st.floats(1e-4, 10.0), st.integers(0, 1000))
 @settings(max_examples=30, deadline=None)
 def test_rounding_is_found(step, seed):
