@@ -111,9 +111,13 @@ def free_run(structure: Structure, p: FloatArray, stretch: Stretch) -> FloatArra
 def relative_errors(
     structure: Structure, p: FloatArray, stretch: Stretch, spread: FloatArray, cap: float = 30.0
 ) -> FloatArray:
-    """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``."""
+    """Free-running errors (steps + 1, 3) of u, v, r in units of their ``spread`` (3,), at most ``cap``.
+
+    Zero for what the model does not predict.
+    """
     error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
-    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)
+    predicted = np.array([name in structure.model.predicts for name in ("u", "v", "r")])
+    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap) * predicted
 
 
 def runs_away(structure: Structure, p: FloatArray, stretch: Stretch) -> bool:

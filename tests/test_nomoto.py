@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from identify.base_fit import free_running_misfit
 from identify.drive import drive
 from identify.physical import physical
+from identify.predict import relative_errors
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import make_fit
@@ -94,6 +96,16 @@ def test_time_constants_and_gain_come_back_within_their_errors(model):
         assert own[name].stderr < 0.1 * value, name
     assert own["K"].stderr < 0.01 * own["K"].value
     assert "K = " in " ".join(fit.notes)
+
+
+def test_a_free_run_answers_for_what_the_model_predicts_alone():
+    """Speed and drift, of which a Nomoto model knows nothing, once hid how well it predicts the turning."""
+    prepared = prepare([trial("nomoto1", 20, 0)], "nomoto1")
+    found = fit_declared(prepared)
+    errors = relative_errors(prepared.structure, found.solution.p, prepared.identify[0], np.ones(3))
+    assert not errors[:, :2].any()
+    assert errors[:, 2].any()
+    assert free_running_misfit(found) < 0.01
 
 
 def test_positions_say_nothing_of_a_model_of_yaw_alone():
