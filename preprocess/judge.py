@@ -103,7 +103,7 @@ def _by_chance(change: FloatArray, quantum: float) -> bool:
     if two == 0 or one < two:
         return False
     expected = 0.5 * one * (one / two) ** (1.0 / 3.0)
-    return none < CHANCE * expected + 3.0 * math.sqrt(expected)
+    return bool(none < CHANCE * expected + 3.0 * math.sqrt(expected))
 
 
 def saturated(value: FloatArray, quantum: float) -> BoolArray:

@@ -16,7 +16,7 @@ from identify.bridges import MOST, shapes_of
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.structure import null_parameters
-from identify.unlogged import unlogged
+from identify.unlogged import most_likely, unlogged
 from identify.windows import moments
 
 SELDOM = Suite(input_rate=4.0)
@@ -99,6 +99,16 @@ def test_what_hides_nothing_whitens_nothing():
     s = fitted.solution
     problem = replace(fitted.problem, unlogged=unlogged(fitted.problem, s.structure, s.p, 1e-12))
     assert not problem.whitening.shrink.any()
+
+
+def test_errors_far_larger_than_any_answer_come_from_elsewhere():
+    """A model that lacks a current leaves a thousand times what the inputs could hide: that says nothing of them."""
+    _, _, fitted = sailed()
+    s, problem = fitted.solution, replace(fitted.problem, unlogged=None, inflation=np.ones(4))
+    raw = moments(problem, s.structure, s.p, s.first).raw
+    assert most_likely(problem, s.structure, s.p, raw).share > 0.2
+    far = most_likely(problem, s.structure, s.p, [1e3 * e for e in raw])
+    assert far is None or not far.share
 
 
 def test_an_input_that_moves_is_not_late_by_half_an_interval_as_one_that_holds_is():
