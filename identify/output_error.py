@@ -117,9 +117,9 @@ class _Place:
 
 @dataclass(frozen=True)
 class _Way:
-    """Where to go from a place: ``p`` (np,) and ``first`` (w, 8) to add, the gain ``promised``, what is ``held``.
+    """Where to go from a place: to parameters ``p`` (np,) and by ``first`` (w, 8), and what is ``held`` at a bound.
 
-    ``slope`` is that of the cost at its begin, exact where the model is not linear too.
+    ``promised`` is the gain that it promises, ``slope`` that of the cost at its begin.
     """
 
     p: FloatArray
@@ -143,9 +143,8 @@ class _Task:
 
     def at(self, p: FloatArray, first: FloatArray) -> _Place:
         """The place with these parameters and first states."""
-        penalty = np.sum(((p - self.prior.mean) / self.prior.sd) ** 2) + np.sum(
-            (first - self.anchor) ** 2 * self.known
-        )
+        penalty = np.sum(((p - self.prior.mean) / self.prior.sd) ** 2)
+        penalty += np.sum((first - self.anchor) ** 2 * self.known)
         return _Place(p, first, moments(self.problem, self.structure, p, first), float(penalty))
 
     def way(self, here: _Place, damping: float) -> _Way:
@@ -160,13 +159,14 @@ class _Task:
         first = reduced.state_step - np.einsum("wij,j->wi", reduced.state_slope, move)
         gx = matrices[:, :NX, -1] - (here.first - self.anchor) * self.known
         promised = float(score @ move + np.sum(gx * reduced.state_step))
-        move = np.clip(here.p + move, self.low, self.high) - here.p
-        down = (matrices[:, NX:-1, -1].sum(axis=0) - pull) @ move + np.sum(gx * first)
-        return _Way(move, first, promised, -2.0 * float(down), held)
+        end = np.clip(here.p + move, self.low, self.high)
+        down = (matrices[:, NX:-1, -1].sum(axis=0) - pull) @ (end - here.p) + np.sum(gx * first)
+        return _Way(end, first, promised, -2.0 * float(down), held)
 
     def along(self, here: _Place, way: _Way, part: float) -> _Place:
-        """Part of the way from a place."""
-        return self.at(here.p + part * way.p, here.first + part * way.first)
+        """Part of the way from a place; its end to the last digit, for that may be a bound."""
+        p = way.p if part == 1.0 else here.p + part * (way.p - here.p)
+        return self.at(p, here.first + part * way.first)
 
     def ended(self, here: _Place, held: BoolArray, stopped: Stopped, steps: int) -> Solution:
         """The solution where a search ended."""

@@ -117,7 +117,8 @@ def relative_errors(
     """
     error = (free_run(structure, p, stretch)[:, 3:6] - stretch.states[:, 3:6]) / spread
     predicted = np.array([name in structure.model.predicts for name in ("u", "v", "r")])
-    return np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap) * predicted
+    error = np.clip(np.nan_to_num(error, nan=cap, posinf=cap, neginf=-cap), -cap, cap)
+    return np.asarray(error * predicted, dtype=float)
 
 
 def runs_away(structure: Structure, p: FloatArray, stretch: Stretch) -> bool:
