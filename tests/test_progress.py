@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numba
@@ -89,3 +91,17 @@ def test_compiling_is_told_once_and_loading_is_not():
     numba.njit(lambda x: x + 2)(1)
     assert len(said) == 1
     assert "once" in said[0]
+
+
+def test_a_process_beside_says_nothing_of_its_own_compiling():
+    read, write = os.pipe()
+    compiling = partial(numba.njit(lambda x: x + 3), 1)
+    with told_of_compiling(lambda _: os.write(write, b".")) as listen:
+        listen()
+        beside = multiprocessing.get_context("fork").Process(target=compiling)
+        beside.start()
+        beside.join()
+        compiling()
+    os.close(write)
+    with os.fdopen(read, "rb") as told:
+        assert told.read() == b"."

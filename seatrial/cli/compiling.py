@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,11 +33,14 @@ def told_of_compiling(say: Callable[[str], None]) -> Iterator[Callable[[], None]
 
 
 def _listener(event: Any, say: Callable[[str], None]) -> Any:
+    """A listener that speaks once; in forked processes, which work beside this one, it does not."""
+    here = os.getpid()
+
     class Once(event.Listener):  # type: ignore[misc]
         said = False
 
         def on_start(self, _: object) -> None:
-            if not self.said:
+            if not self.said and os.getpid() == here:
                 self.said = True
                 say(SAID)
 
