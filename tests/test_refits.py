@@ -9,13 +9,13 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, fit_from_scratch
+from identify.base_fit import FAR, NEAR, fit_from_scratch
 from identify.prepare import prepare
 from preprocess.cores import on_cores
 from validate import refits
 from validate.candidates import candidates, screen
 from validate.pace import Pace
-from validate.refits import CONVERGES, FIRST, raced
+from validate.refits import CONVERGES, FEW, FIRST, raced
 
 
 @cache
@@ -52,8 +52,11 @@ def test_a_race_ends_with_one_that_comes_near_the_noise(monkeypatch, near):
     right = [s for s in screened if s.active.effect.name == "actuator_delay"]
     others = [s for s in screened if s not in right][: FIRST + 2]
     order = right + others if near else others
-    best = raced(fitted, order, Pace())[0]
+    found = raced(fitted, order, Pace())
+    best = found[0]
     if near:
         assert best[0].active.effect.name == "actuator_delay"
         assert best[1].chi2_per_dof < CONVERGES
+    at_the_noise = best[1].chi2_per_dof < NEAR  # then no more are taken to the end beside it
+    assert (len(found) <= FEW) == at_the_noise == near
     assert len(tried) == (FIRST if near else len(order))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted, fit_from_scratch
+from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch
 from identify.noise import dispersed_cost
 from identify.regression import start_by_regression
 from validate.judgement import INDISTINCT, effects_alone
@@ -78,6 +78,7 @@ def at_likeliest_speed(fitted: Fitted) -> Fitted:
     """The fit with a wind that nothing measured at the speed that the measurements want.
 
     A slow wind on large areas pushes nearly as a fast one on small ones, and a search ends where it began between them.
+    Off the noise the hull may have been bent to a wrong one, and is begun anew with each speed too.
     """
     structure, p = fitted.solution.structure, fitted.solution.p
     winds = [k for k, a in enumerate(structure.actives) if a.effect.air]
@@ -89,12 +90,11 @@ def at_likeliest_speed(fitted: Fitted) -> Fitted:
     for other in SPEEDS if speed > 0.0 else ():
         q = p.copy()
         q[flow] *= other / speed
-        q[areas] = start_by_regression(structure, effects_alone(structure, q), fitted.problem.stretches)[
-            areas
-        ]
-        found = begun_at(fitted, q, FOLLOWED)
-        if found.solution.total < best.solution.total:
-            best = found
+        anew = start_by_regression(structure, effects_alone(structure, q), fitted.problem.stretches)
+        q[areas] = anew[areas]
+        for begin in (q, anew) if fitted.chi2_per_dof > NEAR else (q,):
+            found = begun_at(fitted, begin, FOLLOWED)
+            best = min(best, found, key=lambda f: f.solution.total)
     return best
 
 
