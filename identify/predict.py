@@ -11,7 +11,7 @@ from identify.drive import Drive, drive
 from identify.regression import over_ground, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.true_motion import antenna_shift, gyro_shown, heading_clock, true_states
+from identify.true_motion import arms, gyro_shown, heading_clock, true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -56,25 +56,21 @@ def shown(structure: Structure, d: Drive, stretch: Stretch, states: FloatArray) 
     """What the sensors show (n, 6) of the vessel's states (n, 8): sensor and clock effects put on.
 
     Velocities over ground are shown in the axes of the heading that is shown, as they are found from measurements.
-    A heading that comes late does not show where a gyro tells the turning: the smoother follows the gyro.
+    A heading or a gyro that comes late shows as far as the smoother followed it.
     """
     out = over_ground(states[:, :6], d.current)
-    psi, bias = states[:, 2], d.sensor[0]
-    dx, dy = antenna_shift(structure, d.sensor, psi, psi + bias)
-    arm_x, arm_y = d.sensor[3] - structure.vessel.antenna[0], d.sensor[4] - structure.vessel.antenna[1]
-    u, v = out[:, 3] - out[:, 5] * arm_y, out[:, 4] + out[:, 5] * arm_x
-    c, s = np.cos(psi), np.sin(psi)
-    gyro = gyro_shown(structure, d.sensor, stretch)
-    rate = gyro.scale * out[:, 5] + gyro.bias
-    ground = np.column_stack([out[:, 0] + dx, out[:, 1] + dy, psi + bias, c * u - s * v, s * u + c * v, rate])
-    clock = float(d.sensor[5])
-    late = _late(
-        ground, stretch.h, (clock, clock, heading_clock(structure, d.sensor), clock, clock, gyro.late)
-    )
-    c, s = np.cos(late[:, 2]), np.sin(late[:, 2])
-    north, east = late[:, 3].copy(), late[:, 4].copy()
-    late[:, 3], late[:, 4] = c * north + s * east, c * east - s * north
-    return late
+    gyro, psi = gyro_shown(structure, d.sensor, stretch), out[:, 2]
+    _, arm = arms(structure, d.sensor, psi, psi)
+    place = out[:, 0] + 1j * out[:, 1] + arm
+    ground = (out[:, 3] + 1j * out[:, 4]) * np.exp(1j * psi) + 1j * out[:, 5] * arm
+    rate, clock = gyro.scale * out[:, 5] + gyro.bias, float(d.sensor[5])
+    sensed = np.column_stack([place.real, place.imag, psi + d.sensor[0], ground.real, ground.imag, rate])
+    clocks = (clock, clock, heading_clock(structure, d.sensor, stretch), clock, clock, gyro.late)
+    late = _late(sensed, stretch.h, clocks)
+    declared, _ = arms(structure, d.sensor, late[:, 2], psi)
+    place = late[:, 0] + 1j * late[:, 1] - declared
+    along = (late[:, 3] + 1j * late[:, 4] - 1j * late[:, 5] * declared) * np.exp(-1j * late[:, 2])
+    return np.column_stack([place.real, place.imag, late[:, 2], along.real, along.imag, late[:, 5]])
 
 
 def _late(out: FloatArray, h: float, clocks: Sequence[float]) -> FloatArray:

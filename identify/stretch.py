@@ -136,8 +136,16 @@ class Stretch:
 
         Where a compass told the smoother the turning, the gyro's own scale, bias and clock are here.
         """
-        s, mine = self.samples, self.samples.kind == YAW_RATE
-        return gyro_line(s.t[mine], s.value[mine, 0], s.sigma[mine], self.grid, self.states[:, 5])
+        return self._line(YAW_RATE, 5)
+
+    @cached_property
+    def compass_line(self) -> GyroLine:
+        """The same of what the compass said over the smoothed heading: how late it is where a gyro was followed."""
+        return self._line(HEADING, 2)
+
+    def _line(self, kind: int, column: int) -> GyroLine:
+        s, mine = self.samples, self.samples.kind == kind
+        return gyro_line(s.t[mine], s.value[mine, 0], s.sigma[mine], self.grid, self.states[:, column])
 
 
 def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:

@@ -11,6 +11,7 @@ from identify.stretch import Stretch
 from identify.structure import Structure
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 
 @dataclass(frozen=True)
@@ -37,15 +38,13 @@ def true_states(
         return _later(column, clock, stretch.h, at)
 
     clock, gyro = float(sensor[5]), gyro_shown(structure, sensor, stretch)
-    psi = later(seen[:, 2], heading_clock(structure, sensor)) - sensor[0]
+    psi = later(seen[:, 2], heading_clock(structure, sensor, stretch)) - sensor[0]
     rate = (later(seen[:, 5], gyro.late) - gyro.bias) / gyro.scale
     ground = later((seen[:, 3] + 1j * seen[:, 4]) * np.exp(1j * seen[:, 2]), clock)
-    place = later(seen[:, 0] + 1j * seen[:, 1], clock)
-    x, y = antenna_shift(structure, sensor, psi, psi + sensor[0])
-    along = ground * np.exp(-1j * psi)
-    bx, by = structure.vessel.antenna
-    u, v = along.real + rate * (sensor[4] - by), along.imag - rate * (sensor[3] - bx)
-    return np.column_stack([place.real - x, place.imag - y, psi, u, v, rate])
+    declared, arm = arms(structure, sensor, later(seen[:, 2], clock), psi)
+    place = later(seen[:, 0] + 1j * seen[:, 1], clock) + declared - arm
+    along = (ground + 1j * (later(seen[:, 5], clock) * declared - rate * arm)) * np.exp(-1j * psi)
+    return np.column_stack([place.real, place.imag, psi, along.real, along.imag, rate])
 
 
 def _later(column: FloatArray, clock: float, h: float, at: slice) -> FloatArray:
@@ -56,25 +55,32 @@ def _later(column: FloatArray, clock: float, h: float, at: slice) -> FloatArray:
     return np.asarray(np.interp(t[at] + clock, t, column))
 
 
-def antenna_shift(
-    structure: Structure, sensor: FloatArray, psi: FloatArray, psi_shown: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """How far the origin seems from where it is: true arm at the true heading, declared arm at the shown one."""
-    ax, ay = sensor[3], sensor[4]
+def arms(
+    structure: Structure, sensor: FloatArray, psi_shown: FloatArray, psi: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """From the origin to the antenna, north + i east (n,): where declared by the heading shown, and where it is."""
     bx, by = structure.vessel.antenna
-    c, s, cb, sb = np.cos(psi), np.sin(psi), np.cos(psi_shown), np.sin(psi_shown)
-    return c * ax - s * ay - (cb * bx - sb * by), s * ax + c * ay - (sb * bx + cb * by)
+    return (bx + 1j * by) * np.exp(1j * psi_shown), (sensor[3] + 1j * sensor[4]) * np.exp(1j * psi)
 
 
 def gyro_shown(structure: Structure, sensor: FloatArray, stretch: Stretch) -> GyroShown:
-    """The gyro's faults as far as they show in the smoothed yaw rate: not where that followed a compass."""
+    """The gyro's faults as far as they show in the smoothed yaw rate: not where that followed a compass.
+
+    What that rate is late by is what it has of the clocks of both, beyond which the gyro's own word says more.
+    """
     if "yaw_rate" not in structure.setting.streams:
-        return GyroShown(1.0, 0.0, float(sensor[7]))
+        return GyroShown(1.0, 0.0, float(sensor[6]))
     size = float(np.std(stretch.states[:, 5]))
     line = stretch.gyro_line
     share = _share([(line.slope - 1.0) * size, line.offset], [(sensor[2] - 1.0) * size, float(sensor[1])])
-    late = float(sensor[7]) * _share([line.late], [float(sensor[7])])
+    late = _between(float(sensor[7]) - line.late, sensor) if sensor[6:8].any() else 0.0
     return GyroShown(1.0 + share * (sensor[2] - 1.0), share * float(sensor[1]), late)
+
+
+def _between(late: float, sensor: FloatArray) -> float:
+    """A lateness, s, no further off than the clocks of heading and yaw rate are."""
+    clocks = (0.0, float(sensor[6]), float(sensor[7]))
+    return float(np.clip(late, min(clocks), max(clocks)))
 
 
 def _share(beyond: Sequence[float], fault: Sequence[float]) -> float:
@@ -84,6 +90,8 @@ def _share(beyond: Sequence[float], fault: Sequence[float]) -> float:
     return float(np.clip(1.0 - followed, 0.0, 1.0))
 
 
-def heading_clock(structure: Structure, sensor: FloatArray) -> float:
-    """By how much the heading that is shown is late, s."""
-    return 0.0 if "yaw_rate" in structure.setting.streams else float(sensor[6])
+def heading_clock(structure: Structure, sensor: FloatArray, stretch: Stretch) -> float:
+    """By how much the heading that is shown is late, s: as the compass, but where the smoother followed a gyro."""
+    if "yaw_rate" not in structure.setting.streams:
+        return float(sensor[6])
+    return _between(float(sensor[6]) - stretch.compass_line.late, sensor) if sensor[6:8].any() else 0.0

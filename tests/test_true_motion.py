@@ -41,6 +41,7 @@ def test_the_first_true_state_is_what_would_be_shown():
         ("antenna_offset", {"x": 0.7, "y": -0.4}, {}),
         ("clock_offset", {"offset": 0.35}, {"stream": "position"}),
         ("clock_offset", {"offset": -0.2}, {"stream": "yaw_rate"}),
+        ("clock_offset", {"offset": 0.5}, {"stream": "heading"}),
     ],
 )
 def test_the_true_motion_is_what_the_sensors_would_show(name, values, options):
@@ -90,6 +91,24 @@ def test_a_late_gyro_shows_only_where_the_smoother_followed_it():
         seen = shown(structure, d, stretch, motion)
         moved = np.abs(seen[:, 5] - motion[:, 5]).max()
         assert (moved > 0.01) if late == 0.0 else (moved < 1e-12)
+
+
+def test_a_late_compass_shows_only_where_the_smoother_followed_it_and_moves_the_antenna_that_it_turns():
+    structure, p, _, _ = with_effect("clock_offset", {"offset": 0.5}, Variant(options={"stream": "heading"}))
+    structure = replace(structure, vessel=replace(structure.vessel, antenna=(0.6, 0.2)))
+    stretch = stretch_of(MOTORS)
+    d = drive(structure, p, stretch)
+    motion = run(structure, d, stretch, FIRST)
+    for followed in (True, False):
+        vars(stretch)["compass_line"] = GyroLine(late=0.0 if followed else 0.5)
+        vars(stretch)["gyro_line"] = GyroLine(late=-0.5 if followed else 0.0)
+        seen = shown(structure, d, stretch, motion)
+        moved = np.abs(seen - motion[:, :6]).max(axis=0)
+        assert (moved[[0, 2, 5]] > 1e-3).all() if followed else (moved < 1e-9).all()
+        shown_stretch = replace(stretch, states=seen)
+        vars(shown_stretch).update(compass_line=stretch.compass_line, gyro_line=stretch.gyro_line)
+        found = true_states(structure, d.sensor, shown_stretch)
+        assert np.abs(found - motion[:, :6])[10:-10].max() < 0.02 * max(moved.max(), 1e-6)
 
 
 def test_a_late_receiver_shows_where_the_vessel_was_before_the_first_sample_too():

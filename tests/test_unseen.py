@@ -8,7 +8,8 @@ import numpy as np
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FOLLOWS, NEAR, fit_from_scratch
+from fixtures.sensors import Sensor, Suite
+from identify.base_fit import FAR, FOLLOWS, NEAR, fit_from_scratch
 from identify.gyro_line import GyroLine
 from identify.prepare import prepare
 from validate.candidates import candidates
@@ -28,10 +29,11 @@ def test_unseen_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_
     assert not speak_against(prepared, astray, fitted)
 
 
-def late_gyro():
+def late_gyro(wander=0.0):
     """What was prepared of logs whose gyro is 1.2 s late, the declared model's fit and that with the clock."""
+    suite = Suite(position=Sensor(5.0, 0.03, wander=wander, wander_time=30.0)) if wander else Suite()
     late = Effect("clock_offset", {"offset": 1.2}, options={"stream": "yaw_rate"})
-    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 5, (late,), validate=1)
+    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 5, (late,), suite=suite, validate=1)
     prepared = prepare(trials, ship.model)
     [clock] = [a for a in candidates(prepared.structure) if a.label == "clock_offset (yaw_rate)"]
     declared = fit_from_scratch(prepared.structure, prepared.identify)
@@ -50,6 +52,18 @@ def test_free_runs_with_a_late_gyro_are_held_against_what_the_smoothed_motion_ha
 def test_what_brings_measurements_to_the_noise_is_not_taken_back_for_a_smoothed_motion():
     prepared, declared, after = late_gyro()
     assert after.chi2_per_dof < NEAR < declared.chi2_per_dof
+    speaks_only_for_a_smoother(prepared, declared, after)
+
+
+def test_nor_is_what_comes_near_the_noise_beside_a_receiver_that_wanders():
+    """Its white errors are few and its slow ones many: over whole logs the measurements themselves are asked."""
+    prepared, declared, after = late_gyro(wander=0.12)
+    assert NEAR < after.chi2_per_dof < FAR < declared.chi2_per_dof
+    speaks_only_for_a_smoother(prepared, declared, after)
+
+
+def speaks_only_for_a_smoother(prepared, declared, after):
+    """Free runs speak against a fit as if the smoother had followed the gyro; the measurements do not."""
     unseen = tuple(replace(s) for s in prepared.validate)
     for stretch in unseen:
         vars(stretch)["gyro_line"] = GyroLine()  # as if the smoother had followed the gyro

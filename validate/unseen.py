@@ -23,7 +23,9 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     """Whether unseen logs are predicted worse with the effects than without.
 
     Free-running errors judge first; near the noise of the sensors the raw measurements have the last word: errors
-    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more.
+    against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more. Off the
+    noise they have it where they are clearly nearer over whole logs too: a compass that is late, or a receiver that
+    wanders, may have led the smoother astray.
     """
     unseen = prepared.validate
     spread = _spread((*prepared.identify, *unseen))
@@ -32,8 +34,10 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
         return False
     if after.chi2_per_dof > FAR:
         return True
-    nearer = _times_nearer(unseen, declared, after)
+    nearer = _times_nearer(unseen, declared, after, after.problem.length)
     if after.chi2_per_dof < NEAR and (nearer > RUN_AWAY or _left_open(after, unseen)):
+        return False
+    if nearer > RUN_AWAY and _times_nearer(unseen, declared, after, np.inf) > RUN_AWAY:
         return False
     return after_ > max(FOLLOWS, RUN_AWAY * before) or nearer <= 1.0
 
@@ -60,10 +64,10 @@ def _misfit(prepared: Prepared, fitted: Fitted, spread: dict[str, float]) -> flo
     return sum(s.mse / spread[c] for c, s in found.items() if s.mse is not None)
 
 
-def _times_nearer(unseen: Sequence[Stretch], declared: Fitted, after: Fitted) -> float:
-    """How many times nearer unseen logs' raw measurements are to what the effects say, in windows of one length."""
-    alike = replace(declared, problem=replace(declared.problem, length=after.problem.length))
-    one, other = on_other_logs(alike, unseen), on_other_logs(after, unseen)
+def _times_nearer(unseen: Sequence[Stretch], declared: Fitted, after: Fitted, length: float) -> float:
+    """How many times nearer unseen logs' raw measurements are to what the effects say, in windows of a length, s."""
+    alike = (replace(f, problem=replace(f.problem, length=length)) for f in (declared, after))
+    one, other = (on_other_logs(f, unseen) for f in alike)
     if other is None:
         return 0.0
     return np.inf if one is None else one.chi2_per_dof / other.chi2_per_dof
