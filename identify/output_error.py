@@ -249,7 +249,7 @@ def solve(
         gain = here.total - there.total
         if gain > 0.0:
             here, stride = there, stride.after(gain, way.promised)
-            if stride.part == 1.0 and gain < 0.2 * tolerance:
+            if gain < 0.2 * tolerance:
                 return task.ended(here, held, Stopped.CONVERGED, step)
         else:
             stride = stride.shorter(way.slope, gain)
