@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -74,17 +74,13 @@ class Directions:
     sensor: FloatArray
 
 
-def drive(structure: Structure, p: FloatArray, stretch: Stretch, same_inputs: Drive | None = None) -> Drive:
-    """Evaluate effects on inputs, water, air, loading and sensors for one stretch.
-
-    ``same_inputs`` is a drive whose actuators are known to be the same, so that they need not be made again.
-    """
+def drive(structure: Structure, p: FloatArray, stretch: Stretch) -> Drive:
+    """Evaluate effects on inputs, water, air, loading and sensors for one stretch."""
     values = _values(structure, p)
-    inputs = same_inputs or _acting(structure, p, values, stretch)
     rest = _rest(structure, p, values, stretch.name)
     return replace(
-        inputs, coefficients=rest.coefficients, wind=stretch.wind + rest.air, current=rest.current, sensor=rest.sensor,
-        factor=rest.factor, u0=structure.u0_at(p),
+        _acting(structure, p, values, stretch), coefficients=rest.coefficients, wind=stretch.wind + rest.air,
+        current=rest.current, sensor=rest.sensor, factor=rest.factor, u0=structure.u0_at(p),
     )  # fmt: skip
 
 
@@ -204,7 +200,7 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
         sensor[:, g] = (up.sensor - down.sensor) / width
         air = zip(AIR, (up.air - down.air) / width - current[:, g], strict=True)
         steady = ((place, np.full(n, value), np.zeros(n)) for place, value in air if value)
-        for place, value, slope in (*steady, *_driven(structure, p, stretch, here, int(k))):
+        for place, value, slope in (*steady, *_driven(structure, both, stretch, here, int(k))):
             driven.append((place, g))
             columns.append((value, slope))
     empty = np.zeros((n, 0))
@@ -218,8 +214,10 @@ def directions(structure: Structure, p: FloatArray, stretch: Stretch, here: Driv
 _Moving = tuple[int, FloatArray, FloatArray]
 
 
-def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, k: int) -> Iterator[_Moving]:
-    """What one general parameter moves of the factors and channels."""
+def _driven(
+    structure: Structure, both: Sequence[FloatArray], stretch: Stretch, here: Drive, k: int
+) -> Iterator[_Moving]:
+    """What one general parameter moves of the factors and channels; ``both`` have it a little higher, and lower."""
     n, carrying = stretch.steps, {slot: name for name, slot in flow_channels(structure).items()}
     if k in carrying:
         yield CHANNEL + structure.table.channels.index(carrying[k]), np.ones(n), np.zeros(n)
@@ -228,7 +226,6 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
     elif k == lead_slot(structure):
         yield from _changing(*_by_lead(here, stretch))
     elif _moves_inputs(structure, k):
-        both = [_moved(structure, p, k, sign) for sign in (1.0, -1.0)]
         more, less = (_acting(structure, q, _values(structure, q), stretch) for q in both)
         width = both[0][k] - both[1][k]
         yield from _changing((more.channels - less.channels) / width, (more.slopes - less.slopes) / width)
