@@ -11,7 +11,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 pytest.register_assert_rewrite(
-    "can_samples", "capture_samples", "doc_pages", "mavlink_peers", "reader_checks", "results_example"
+    "can_samples", "capture_samples", "doc_pages", "mavlink_peers", "reader_checks"
 )
 
 
@@ -49,7 +49,7 @@ def device(tmp_path):
 @pytest.fixture(scope="session")
 def example():
     """Results without the pipeline: four logs of a toy boat, one effect taken."""
-    from results_example import example_results
+    from fixtures.results_example import example_results
 
     return example_results()
 

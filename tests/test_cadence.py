@@ -1,7 +1,5 @@
 """Times from the order of records alone: a device of its own rate beside a receiver that states its time."""
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -79,10 +77,11 @@ def test_a_receiver_that_sends_late_makes_the_others_early_by_that():
     np.testing.assert_allclose(found - free, -0.08, atol=0.003)
 
 
-def test_long_logs_take_no_longer_than_they_are_long():
+def test_a_long_log_without_a_rate_keeps_its_bounds():
     rng = np.random.default_rng(1)
     free = np.sort(rng.uniform(0.0, 1e4, 200_000))
     lower = np.floor(free)
-    begin = time.perf_counter()
-    by_rate(lower, lower + 1.0, free)
-    assert time.perf_counter() - begin < 20.0
+    found, unsure = by_rate(lower, lower + 1.0, free)
+    said = ~np.isnan(found)
+    assert (np.abs(found - lower - 0.5)[said] <= 0.5 + 1e-6).all()
+    assert unsure.max() <= 0.5 + 1e-6

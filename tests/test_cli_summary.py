@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from results_example import example_results
 
+from fixtures.results_example import example_results
 from seatrial.cli.summary import finding_lines, summary
 from seatrial.cli.tables import say
 from validate.report.names import short_names

@@ -1,7 +1,6 @@
 """Damaged CAN logs: every whole record is kept, what is lost is said, nothing raises."""
 
 import random
-import time
 
 import pytest
 from can_samples import (
@@ -135,13 +134,12 @@ def test_pieces_of_a_file_make_the_same_log(name, monkeypatch):
 @pytest.mark.parametrize(
     "filler", [b"7", b" ", b"(", b"(1.0) ", b"a", b"ff,", b"LOBJ", b"#", b"1 ", b"0123456789 "]
 )
-def test_no_filler_takes_long(filler):
+def test_a_filler_is_no_frame(filler):
+    """Half a megabyte that looks like the beginning of a record at every place."""
     noise = (filler * (1 << 19))[: 1 << 19]
-    begin = time.process_time()
     for name in SAMPLES:
         if name != "actisense":
-            transport(name, noise)
-    assert time.process_time() - begin < 20.0
+            assert len(transport(name, noise).time_ns) == 0
 
 
 @given(st.lists(st.sampled_from(list(SAMPLES)), min_size=1, max_size=2), st.randoms())

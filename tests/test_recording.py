@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from results_example import CURRENT, example_results
 
+from fixtures.results_example import CURRENT, example_results
 from validate.recording import entities, write_recording
 from validate.recording.glyphs import drawable
 from validate.recording.ranges import ranges_of
@@ -280,11 +280,9 @@ def test_the_identity_depends_on_the_seed_and_not_on_the_time(results):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("logs", [1, 30])
-def test_an_hour_at_fifty_hertz_is_quick_and_small(tmp_path, logs):
+def test_an_hour_at_fifty_hertz_is_small(tmp_path, logs):
     results = example_results(logs=logs, duration=3600.0 / logs, rate=50.0)
-    started = time.process_time()
     write_recording(results, tmp_path / "x.rrd")
-    assert time.process_time() - started < 5.0
     assert (tmp_path / "x.rrd").stat().st_size < 150e6
     chunks, table = read(tmp_path / "x.rrd"), results.predictions[f"logs/{NAME}"]
     for part in ("before", "after"):

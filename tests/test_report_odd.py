@@ -9,8 +9,8 @@ from dataclasses import replace
 import jsonschema
 import numpy as np
 import pytest
-from results_example import STATES, example_results
 
+from fixtures.results_example import STATES, example_results
 from validate.diagnosis import ChannelScore
 from validate.report import report_schema
 from validate.report_files import write_results

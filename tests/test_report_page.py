@@ -6,8 +6,8 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
-from results_example import example_results
 
+from fixtures.results_example import example_results
 from validate.report.page import report_page
 
 
