@@ -11,6 +11,8 @@ from preprocess.vessel import Input
 LEVELS = 8
 #: Levels closer than this share of their span are one (numbers of single precision); steps are none below the second.
 SAME, LEAST = 2e-5, 1e-4
+#: The share to which a step is known; this many ratios must miss a whole number by chance, and at most this share do.
+STEP_KNOWN, MISSES, FEW = 0.02, 10.0, 0.1
 #: An input whose span is fewer steps than this goes where it was told in such steps; nothing was rounded.
 COARSEST = 20.0
 
@@ -37,10 +39,20 @@ def _step(column: FloatArray) -> float:
     smallest = float(np.percentile(change, 1.0))
     quantum = float(np.median(change[change < 1.5 * smallest]))
     ratio = change[change < 200.0 * quantum] / quantum
-    off = np.abs(ratio - np.round(ratio))
-    whole = np.mean(off < 0.02 * np.maximum(ratio, 1.0)) > 0.9 and np.median(ratio) < 50.0
     varied = np.ptp(np.round(ratio)) >= 1.0 or len(change) < 0.98 * len(every)
-    return quantum if whole and varied else 0.0
+    return quantum if varied and np.median(ratio) < 50.0 and _whole(ratio) else 0.0
+
+
+def _whole(ratio: FloatArray) -> bool:
+    """Return whether far fewer ratios miss a whole number than those of values that nothing rounded would.
+
+    The step is known to a fiftieth: larger ratios tell less, and those above half of that nothing.
+    """
+    telling = ratio[ratio < 0.5 / STEP_KNOWN]
+    within = STEP_KNOWN * np.maximum(telling, 1.0)
+    missed = np.count_nonzero(np.abs(telling - np.round(telling)) >= within)
+    by_chance = float(np.sum(1.0 - 2.0 * within))
+    return bool(by_chance >= MISSES and missed < FEW * by_chance)
 
 
 def input_step(declared: Input, value: FloatArray) -> float:
