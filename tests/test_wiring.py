@@ -8,11 +8,12 @@ import pytest
 from identification_samples import trials_of
 
 import validate.loop
+from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.prepare import prepare
 from validate.candidates import wirings
 from validate.loop import _clearly_nearer, search
-from validate.wiring import Wiring
+from validate.wiring import Wiring, better_wiring
 
 
 def test_a_wiring_is_not_taken_where_the_declared_one_is_likelier(monkeypatch):
@@ -38,3 +39,24 @@ def test_a_wiring_goes_where_the_declared_one_is_clearly_nearer(length, chi2, go
         return SimpleNamespace(problem=SimpleNamespace(length=length), chi2_per_dof=chi2)
 
     assert _clearly_nearer(fit(length, chi2), fit(10.0, 5446.0)) is goes
+
+
+def _preferred(seed, *effects):
+    manoeuvres = ("circle", "zigzag", "random", "reciprocal")
+    _, trials = trials_of("cybership", manoeuvres, 139.0, seed, effects=effects, validate=0)
+    prepared = prepare(trials, "cybership2")
+    return better_wiring(prepared.structure, prepared.identify)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_propeller_that_loses_thrust_at_times_is_not_reversed(seed):
+    """One that pulls back, and pushes the more the faster the ship goes, has two speeds: it followed that best."""
+    lost = Effect("thruster_cutouts", {"depth": 0.36, "every": 24.7, "lasting": 7.0}, "propeller")
+    assert _preferred(seed, lost) is None
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_reversed_propeller_is_found(seed):
+    wiring = _preferred(seed, Effect("input_wiring", {}, None, {"reversed": ("propeller",)}))
+    assert wiring is not None
+    assert wiring.active.label == "input_wiring (reversed propeller)"

@@ -6,7 +6,8 @@ its inputs of its own, so that neither a clock nor anything else that the model 
 are compared block by block; the blocks are long against the memory of the errors, so that their differences are
 independent, whatever the noise. Coefficients that are free in every log can follow the noise, more of them under one
 wiring than under another (gains have a sign); the wiring must therefore also stand with the same coefficients in all
-logs.
+logs. And under it the inputs must drive the vessel where it goes: a propeller whose thrust comes and goes unlogged can
+be followed best as one that is reversed and pushes by its other terms alone.
 """
 
 from __future__ import annotations
@@ -149,6 +150,8 @@ def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring 
     with_best = structure.with_effect(best)
     if _z(*(misfit_by_block(x, stretches, shared=True) for x in (structure, with_best))) < STANDS:
         return None
+    if not _drives(structure, with_best, stretches):
+        return None
     rivals = [
         a
         for a in actives
@@ -158,6 +161,22 @@ def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring 
     ]
     tried = tuple((a, _z(declared, errors[a.label])) for a in actives)
     return Wiring(best, z, p_value, tuple(a.label for a in rivals), tried)
+
+
+def _drives(declared: Structure, wired: Structure, stretches: Sequence[Stretch]) -> bool:
+    """Whether the gains whose sign is known work on the vessel's way ahead, where the wiring changes any of them."""
+    gains = [t.positive and t.dof == "u" for t in wired.table.terms]
+    as_declared, parts = ([_averaged(x, s) for s in stretches] for x in (declared, wired))
+    if all(
+        np.array_equal(a[:, gains], b[:, gains]) for (a, _), (b, _) in zip(as_declared, parts, strict=True)
+    ):
+        return True
+    p = _coefficients(wired, parts)
+    work = 0.0
+    for (design, _), stretch in zip(parts, stretches, strict=True):
+        pushed = predicted(wired, p, np.where(gains, design, 0.0))[:, 0]
+        work += float(pushed @ stretch.states[: len(pushed), 3])
+    return work > 0.0
 
 
 def _z(one: FloatArray, other: FloatArray) -> float:
