@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from identify.drive import drive, sensor_of
 from identify.flow import CHANNELS, RESULTS, flow_along
@@ -191,20 +192,14 @@ def predicted(structure: Structure, p: FloatArray, design: FloatArray) -> FloatA
 def _bounded_ridge(
     design: FloatArray, target: FloatArray, bounds: list[tuple[float, float]], ridge: float
 ) -> FloatArray:
-    """Ridge on scaled columns; columns that end beyond a bound are held there."""
+    """Ridge on scaled columns, within bounds: the least there is, not what is left when offenders are dropped."""
     scale = np.sqrt(np.mean(design**2, axis=0)) + 1e-12
     x = design / scale
     gram = x.T @ x + ridge * len(x) * np.eye(x.shape[1])
     moment = x.T @ target
-    free = np.ones(len(scale), dtype=bool)
-    theta = np.zeros(len(scale))
-    for _ in range(len(scale) + 1):
-        theta[free] = np.linalg.solve(gram[np.ix_(free, free)], moment[free])
-        wrong = np.array(
-            [not low <= t / s <= high for t, s, (low, high) in zip(theta, scale, bounds, strict=True)]
-        )
-        if not (wrong & free).any():
-            break
-        free &= ~wrong
-        theta[~free] = 0.0
+    theta = np.linalg.solve(gram, moment)
+    low, high = np.transpose(bounds) * scale
+    if ((theta < low) | (theta > high)).any():
+        root = np.linalg.cholesky(gram)
+        theta = lsq_linear(root.T, np.linalg.solve(root, moment), (low, high), method="bvls").x
     return np.asarray(theta / scale, dtype=float)
