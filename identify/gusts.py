@@ -50,11 +50,12 @@ def blown(
 
 
 def _gustiest(structure: Structure, p: FloatArray) -> FloatArray:
-    """A standard deviation (2, 2) of the gustiest wind: of its speed, and of its direction; each north and east."""
-    north, east = np.sum(
-        [a.effect.air(structure.values(p, e)) for e, a in enumerate(structure.actives) if a.effect.air],
-        axis=0,
-    )
+    """A standard deviation (2, 2) of the gustiest wind: of its speed, and of its direction; each north and east.
+
+    Where no wind is in the structure (any more) it has no gusts.
+    """
+    winds = [a.effect.air(structure.values(p, e)) for e, a in enumerate(structure.actives) if a.effect.air]
+    north, east = np.sum([(0.0, 0.0), *winds], axis=0)
     return GUSTIEST * np.array([[north, east], [-east, north]])
 
 

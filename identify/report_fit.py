@@ -46,17 +46,33 @@ def covariance_of(fitted: Fitted) -> FloatArray:
     return scale**2 * covariance
 
 
+def _of_prior_alone(information: FloatArray, prior: FloatArray) -> FloatArray:
+    """Information (np, np) without what rounding alone made: of a prediction that all but runs away little is left."""
+    lost = ~(np.diag(information) >= np.diag(prior))
+    if not lost.any():
+        return information
+    return np.where(lost[:, None] | lost, prior, np.nan_to_num(information))
+
+
+def _inverse(matrices: FloatArray) -> FloatArray:
+    """Inverses of information matrices (w, k, k), however unlike the sizes of their parameters are."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrices, axis1=1, axis2=2), 1e-300))
+    both = scale[:, :, None] * scale[:, None, :]
+    return np.asarray(np.linalg.inv(matrices * both + 1e-13 * np.eye(matrices.shape[1])) * both, dtype=float)
+
+
 def _of_noise(fitted: Fitted) -> FloatArray:
     """What the errors' size and their slow part make of the covariance (np, np)."""
     problem, solution = fitted.problem, fitted.solution
     known = state_precision(solution.structure)
-    plain = _matrices(problem, solution)
+    plain = np.nan_to_num(_matrices(problem, solution))
     prior = np.diag(1.0 / fitted.prior.sd**2)
-    states = plain[:, :NX, :NX] + np.diag(known)
-    slope = np.linalg.solve(states, plain[:, :NX, NX:])
+    states = _inverse(plain[:, :NX, :NX] + np.diag(known))
+    slope = states @ plain[:, :NX, NX:]
     own = np.broadcast_to(np.eye(len(prior)), (len(slope), len(prior), len(prior)))
     through = np.concatenate([-slope, own], axis=1)
     information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
+    information = _of_prior_alone(information, prior)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
     shared = shared_by_windows(problem, solution, through)
@@ -67,9 +83,7 @@ def _of_noise(fitted: Fitted) -> FloatArray:
         spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
         spread = spread if shared is None else spread + shared
         return np.asarray(inverse @ spread @ inverse, dtype=float)
-    moved = moved_by_wander(
-        problem, solution, Reduction(np.asarray(np.linalg.inv(states), dtype=float), through, inverse)
-    )
+    moved = moved_by_wander(problem, solution, Reduction(states, through, inverse))
     varied = _matrices(_counted(problem, drifts=moved is not None), solution)
     varied[:, range(NX), range(NX)] += known
     spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior

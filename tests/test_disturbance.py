@@ -17,7 +17,7 @@ from identify.first_states import first_states
 from identify.output_error import solve
 from identify.predict import run
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
+from identify.report_fit import _inverse, _of_prior_alone, covariance_of
 from identify.whole_windows import over_whole_logs
 from identify.windows import moments
 
@@ -123,3 +123,27 @@ def test_answers_are_what_a_push_changes():
         change = -(ends[0] - ends[1]) / 2e-5 * sigma[:, None]
         assert np.allclose(unit[0][tail.samples][:, :, d, 2], change, atol=2e-4 * np.abs(change).max())
     assert np.array_equal(np.unique(unit[0][:, :, 3:].sum(axis=3)), [0.0, 1.0])
+
+
+def test_first_states_of_sizes_far_apart_are_eliminated_all_the_same():
+    """A fit that all but runs away in a window once ended a run with an error."""
+    random = np.random.default_rng(2)
+    root = random.normal(size=(4, 8, 8))
+    size = 10.0 ** random.uniform(-8, 8, (4, 8))
+    plain = root @ np.swapaxes(root, 1, 2)
+    scaled = plain * size[:, :, None] * size[:, None, :]
+    assert np.allclose(
+        _inverse(scaled) * size[:, :, None] * size[:, None, :], np.linalg.inv(plain), rtol=1e-4, atol=1e-6
+    )
+    scaled[0] = 1e290 * np.outer(np.arange(1.0, 9.0), np.arange(1.0, 9.0))  # singular, and huge
+    assert np.isfinite(_inverse(scaled)).all()
+
+
+def test_what_rounding_alone_made_of_the_information_is_left_out():
+    prior = np.diag([1.0, 0.25, 4.0])
+    information = np.array([[5.0, 1.0, 7.0], [1.0, 3.0, 2.0], [7.0, 2.0, -1e15]])
+    assert np.array_equal(
+        _of_prior_alone(information, prior), [[5.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 4.0]]
+    )
+    assert np.array_equal(_of_prior_alone(information[:2, :2], prior[:2, :2]), information[:2, :2])
+    assert np.isfinite(_of_prior_alone(np.full((3, 3), np.nan), prior)).all()

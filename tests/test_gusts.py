@@ -109,3 +109,13 @@ def test_a_wind_that_began_much_too_slow_comes_to_its_speed():
     assert found.solution.total < fitted.solution.total + 1.0
     north, east = found.solution.p[flow_of(structure)]
     assert np.arctan2(-east, -north) == pytest.approx(FROM, abs=0.1)
+
+
+def test_a_wind_that_was_taken_back_has_no_gusts():
+    """What unseen logs spoke against left its gusts behind, and the search ended in an error."""
+    s = fitted_in(GUST).solution
+    bare = s.structure.without(0)
+    stretch = fitted_in(GUST).problem.stretches[0]
+    drawn = blown(bare, bare.carried(s.p, s.structure), stretch, 0.25, np.random.default_rng(0))
+    assert drawn.shape == (stretch.steps, 2)
+    assert not drawn.any()
