@@ -20,6 +20,7 @@ from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import CONVERGES, begun_at, raced, step_tolerance, target_gap, under
+from validate.score_scatter import over_scatter
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -52,7 +53,7 @@ class Judged:
     """A finalist after its refit.
 
     ``gain`` in -2 log likelihood over the model without it, ``parameters`` how many it adds, ``p_value`` counting the
-    candidates tried, ``evidence`` the gain less what chance would give.
+    candidates tried, ``evidence`` the gain less what chance would give, both as far as the windows' scatter allows.
     """
 
     screened: Screened
@@ -167,7 +168,8 @@ def better_base(base: Fitted, candidate: Fitted) -> Fitted:
 def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
     gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution)
     k = added_parameters(base, fit)
-    return Judged(screened, fit, gain, k, significance(gain, k, tried), gain - least_gain(k, tried))
+    worth = gain / over_scatter(fit, len(fit.solution.structure.actives) - 1)
+    return Judged(screened, fit, gain, k, significance(worth, k, tried), worth - least_gain(k, tried))
 
 
 def significance(gain: float, k: int, tried: int) -> float:
@@ -255,9 +257,12 @@ def excess(fitted: Fitted) -> FloatArray:
     return np.asarray(np.delete(dispersed.inflation, kernel.POSITION) ** 2 - 1.0, dtype=float)
 
 
-def at_bound(fitted: Fitted) -> bool:
-    """Whether a parameter of an effect ended where it can go no further: not a value to believe."""
+def at_bound(fitted: Fitted, index: int | None = None) -> bool:
+    """Whether a parameter of an effect, or of one of them, ended where it can go no further: no value to believe."""
     return any(
-        s.effect >= 0 and p in (s.parameter.bounds[1], s.parameter.bounds[0]) and p != s.parameter.null
+        s.effect >= 0
+        and index in (None, s.effect)
+        and p in (s.parameter.bounds[1], s.parameter.bounds[0])
+        and p != s.parameter.null
         for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
     )

@@ -1,0 +1,55 @@
+"""How much a gain is worth where the errors are no white noise: by what the windows say one against the other.
+
+A gain in -2 log likelihood is chi-squared by chance where the errors are what the likelihood says. What wanders, or
+what no log says of the inputs, makes the windows' scores scatter more than their information; the gain is then by
+chance as many times larger (Satterthwaite 1946; Rotnitzky and Jewell 1990: the mean eigenvalue of the information's
+inverse against the covariance that the scores themselves have, "sandwich", along the effect's parameters). Windows have
+first states of their own, so that their scores are as good as independent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.base_fit import FAR, Fitted
+from identify.first_states import first_states, state_precision
+from identify.reduction import reduce
+from identify.windows import moments
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: With fewer windows than this nothing is said.
+FEWEST = 4
+
+
+def over_scatter(fitted: Fitted, index: int) -> float:
+    """How many times larger than chi-squared a gain by one effect of a fit is by chance; at least 1.
+
+    Far from the noise, where errors are the model's and not chance's, it is 1.
+    """
+    solution, problem = fitted.solution, fitted.problem
+    mine = [k for k, s in enumerate(solution.structure.slots) if s.effect == index]
+    if fitted.chi2_per_dof > FAR or len(problem.windows) < FEWEST or not mine:
+        return 1.0
+    dispersed = replace(problem.dispersed, dispersion=np.ones(4))
+    now = moments(dispersed, solution.structure, solution.p, solution.first)
+    known = state_precision(solution.structure)
+    reduced = reduce(now.matrices, solution.first, first_states(dispersed), known)
+    information = reduced.information.sum(axis=0) + np.diag(1.0 / fitted.prior.sd**2)
+    return max(1.0, _mean_ratio(information, reduced.score, mine))
+
+
+def _mean_ratio(information: FloatArray, scores: FloatArray, mine: list[int]) -> float:
+    """Mean eigenvalue, along ``mine``, of the scores' (w, np) covariance against that which the information gives."""
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.divide(
+        1.0, size, out=np.zeros(len(size)), where=size > 0.0
+    )  # what nothing tells of says nothing
+    inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-9, hermitian=True)
+    apart = (scores - scores.mean(axis=0)) * scale
+    moved = apart @ inverse[:, mine]
+    n = len(scores)
+    alone = np.linalg.pinv(inverse[np.ix_(mine, mine)], rcond=1e-9, hermitian=True)
+    return float(np.trace(alone @ moved.T @ moved) * n / (n - 1) / len(mine))
