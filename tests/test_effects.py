@@ -32,6 +32,12 @@ CONTRACT = {
     "roll_coupling": {"frequency", "damping", "sway", "yaw"}, "shallow_water": {"factor"},
     "waves": {"frequency", "u", "v", "r"},
 }  # fmt: skip
+#: What the library has besides: terms by which a declared model may be too simple.
+BESIDES = {
+    "linear_damping": {"u", "v", "r"}, "rudder_flow": {"sway", "yaw"},
+    "cross_terms": {f"{axis}_{term}" for axis in ("sway", "yaw") for term in ("uv", "ur", "vr", "rv")},
+}  # fmt: skip
+KNOWN = CONTRACT | BESIDES
 
 
 def effect_named(name, **wanted):
@@ -70,17 +76,18 @@ def test_every_effect_says_what_it_is_and_where_it_comes_from(effect):
     assert effect.equation
     assert effect.sentence.endswith(".")
     assert effect.check.endswith(".")
-    assert effect.name in CONTRACT
+    assert effect.name in KNOWN
     for parameter in effect.parameters:
         assert parameter.unit
         assert parameter.scale > 0
         assert parameter.bounds[0] <= parameter.null <= parameter.bounds[1]
-    assert not set(effect.reported) - CONTRACT[effect.name] - {"speed", "direction"}
+    assert not set(effect.reported) - KNOWN[effect.name] - {"speed", "direction"}
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: f"{e.name}-{e.place}")
 def test_what_is_reported_is_what_the_contract_names_with_units(effect):
-    structure = structure_of("linear", (RUDDER, PROPELLER, *MOTORS), wind_logged=effect.parameters == ())
+    model = "blanke" if effect.name == "linear_damping" else "linear"
+    structure = structure_of(model, (RUDDER, PROPELLER, *MOTORS), wind_logged=effect.parameters == ())
     variants = effect.variants(structure.setting)
     assert variants
     active = Active(effect, variants[0])
@@ -88,14 +95,45 @@ def test_what_is_reported_is_what_the_contract_names_with_units(effect):
     p = null_parameters(wider)
     made, _ = fitted_effect(wider, p, np.eye(len(p)), 0)
     names = {e.name for e in made.parameters}
-    expected = CONTRACT[effect.name] | ({"speed", "direction"} if effect.air else set())
+    expected = KNOWN[effect.name] | ({"speed", "direction"} if effect.air else set())
     assert names <= expected
     assert names or effect.name == "input_wiring"
     assert all(e.unit for e in made.parameters)
 
 
-def test_the_library_is_the_contracts():
-    assert {e.name for e in EFFECTS} >= set(CONTRACT) - {"waves"}
+def test_the_library_is_the_contracts_and_terms_of_models():
+    assert {e.name for e in EFFECTS} == set(KNOWN) - {"waves"}
+
+
+LACKING = [
+    ("zhu2019", "cross_terms", {"sway_uv", "sway_ur", "sway_rv", "yaw_uv", "yaw_ur", "yaw_rv"}),
+    ("blanke", "cross_terms", {"sway_rv", "yaw_rv"}),
+    ("cybership2", "cross_terms", set()),
+    ("taylor3", "cross_terms", set()),
+    ("nomoto1", "cross_terms", set()),
+    ("zhu2019", "rudder_flow", {"sway", "yaw"}),
+    ("taylor3", "rudder_flow", set()),
+    ("nomoto1", "rudder_flow", set()),
+    ("blanke", "linear_damping", {"u", "v", "r"}),
+    ("zhu2019", "linear_damping", set()),
+    ("abkowitz", "linear_damping", set()),
+]
+
+
+@pytest.mark.parametrize(("model", "name", "lacks"), LACKING)
+def test_only_terms_that_a_model_lacks_are_candidates(model, name, lacks):
+    structure = structure_of(model, (RUDDER, PROPELLER))
+    found = effect_named(name).variants(structure.setting)
+    slots = [s for v in found for s in structure.with_effect(Active(effect_named(name), v)).slots]
+    assert {s.name for s in slots if s.effect == 0} == lacks
+
+
+@pytest.mark.parametrize(
+    ("model", "term"), [("zhu2019", "δU²"), ("blanke", "δU²"), ("cybership2", "δ"), ("modulus", "δ")]
+)
+def test_a_rudder_gets_the_flow_that_its_model_lacks(model, term):
+    structure = structure_of(model, (RUDDER, PROPELLER)).with_effect(Active(effect_named("rudder_flow")))
+    assert {t.text for t in structure.table.terms} >= {term}
 
 
 @pytest.mark.parametrize("held", [False, True], ids=["lines", "held"])

@@ -10,9 +10,12 @@ from identify.effects.actuators import (
     INPUT_WIRING,
 )
 from identify.effects.hull import (
+    CROSS_TERMS,
+    LINEAR_DAMPING,
     PORT_STARBOARD_ASYMMETRY,
     QUADRATIC_DAMPING,
     ROLL_COUPLING,
+    RUDDER_FLOW,
     TURNING_RESISTANCE,
 )
 from identify.effects.propulsion import PROPELLER_WALK, THRUST_ASYMMETRY, THRUST_FADE, THRUST_LOSS_WITH_SPEED
@@ -43,6 +46,9 @@ EFFECTS: tuple[Effect, ...] = (
     THRUST_LOSS_WITH_SPEED,
     QUADRATIC_DAMPING,
     TURNING_RESISTANCE,
+    LINEAR_DAMPING,
+    CROSS_TERMS,
+    RUDDER_FLOW,
     PORT_STARBOARD_ASYMMETRY,
     HEADING_BIAS,
     GYRO_BIAS,

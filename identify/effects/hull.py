@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from identify.effect import Effect, Parameter, Setting, Values, Variant
-from identify.term import Term
+from identify.term import Term, factors_of
 
 
 def _missing(*wanted: tuple[str, Term, tuple[str, ...]]) -> Callable[[Setting, Variant], dict[str, Term]]:
@@ -21,6 +21,17 @@ def _if_any(terms: Callable[[Setting, Variant], dict[str, Term]]) -> Callable[[S
     return lambda setting: [Variant()] if terms(setting, Variant()) else []
 
 
+def _has_surge(setting: Setting) -> bool:
+    """Whether the model knows the speed: to one that does not, what grows with it is nothing new."""
+    return any(t.dof == "u" for t in setting.terms)
+
+
+def _if_any_with_speed(
+    terms: Callable[[Setting, Variant], dict[str, Term]],
+) -> Callable[[Setting], list[Variant]]:
+    return lambda setting: _if_any(terms)(setting) if _has_surge(setting) else []
+
+
 _DAMPING = _missing(
     ("u", Term("u", "u|u|"), ("|u|u",)),
     ("v", Term("v", "v|v|"), ("|v|v",)),
@@ -34,6 +45,20 @@ QUADRATIC_DAMPING = Effect(
     "Runs at two or three speeds and zigzags of two or three amplitudes; pull-outs.",
     "Fossen 2011, sec. 6.4",
     terms=_DAMPING, variants=_if_any(_DAMPING),
+)  # fmt: skip
+
+
+_LINEAR = _missing(
+    ("u", Term("u", "u"), ("Δu", "ΔuU")), ("v", Term("v", "v"), ("vU",)), ("r", Term("r", "r"), ("rU",))
+)
+
+LINEAR_DAMPING = Effect(
+    "linear_damping", "hull",
+    "u̇ += X u, v̇ += Y v, ṙ += N r (those that the model lacks)",
+    "At low speed friction and the waves that a hull makes damp in proportion to the speed.",
+    "Slow runs and pull-outs; zigzags of small amplitude.",
+    "Fossen 2011, sec. 6.4",
+    terms=_LINEAR, variants=_if_any_with_speed(_LINEAR),
 )  # fmt: skip
 
 
@@ -64,6 +89,49 @@ PORT_STARBOARD_ASYMMETRY = Effect(
     "Trim and list, skegs and fouling; the same manoeuvre to both sides.",
     "Moreno-Salinas et al. 2013, sec. 5",
     terms=_ASYMMETRY, variants=_if_any(_ASYMMETRY),
+)  # fmt: skip
+
+
+_CROSS = _missing(
+    *(
+        (f"{axis}_{name}", Term(dof, text, "inertial" if (dof, text) == ("v", "ur") else "hull"), same)
+        for axis, dof in (("sway", "v"), ("yaw", "r"))
+        for name, text, same in (
+            ("uv", "uv", ("vU",)),
+            ("ur", "ur", ("rU",)),
+            ("vr", "|v|r", ("v²r/U",)),
+            ("rv", "|r|v", ("vr²/U",)),
+        )
+    )
+)
+
+CROSS_TERMS = Effect(
+    "cross_terms", "hull",
+    "v̇ += Y_uv uv + Y_ur ur + Y_|v|r |v|r + Y_|r|v |r|v, ṙ likewise (those that the model lacks)",
+    "Drift and turning act on each other, and grow with the speed: the declared model couples them too simply.",
+    "Zigzags and turning circles at two or three speeds; a model with more terms.",
+    "Skjetne et al. 2004; Fossen 2011, sec. 6.5",
+    terms=_CROSS, variants=_if_any_with_speed(_CROSS),
+)  # fmt: skip
+
+
+def _rudder_flow(setting: Setting, _: Variant) -> dict[str, Term]:
+    """The rudder's force with the square of the speed, and without it: those that the model lacks."""
+    known = [t for t in setting.terms if t.role == "rudder" and t.dof in ("v", "r")]
+    by_speed = [t for t in known if {"u", "|u|", "U"} & set(factors_of(t.text))]
+    if not known or (by_speed and len(by_speed) < len(known)):
+        return {}
+    text = "δ" if by_speed else "δU²"
+    return {"sway": Term("v", text, "rudder"), "yaw": Term("r", text, "rudder")}
+
+
+RUDDER_FLOW = Effect(
+    "rudder_flow", "hull",
+    "v̇ += Y δU², ṙ += N δU² where the model has the rudder's force without the speed; else with δ alone",
+    "A rudder's force grows with the square of the flow past it: the vessel's speed, and the propeller's race.",
+    "Zigzags at two or three speeds; the same with the propeller slowed.",
+    "Fossen 2011, sec. 9.5; Yasukawa and Yoshimura 2015, eqs. 19-27",
+    terms=_rudder_flow, variants=_if_any_with_speed(_rudder_flow),
 )  # fmt: skip
 
 

@@ -37,7 +37,10 @@ EXPLAINED = 3.5
 #: Searches at most for one effect, and effects that are searched for: those that promise most at first sight.
 ROUNDS, REFITTED = 10, 7
 #: Effects that cannot set in while sailing, or would look like others from one moment on.
-NEVER = ("thrust_fade", "input_wiring", "actuator_lag", "roll_coupling", "thrust_loss_with_speed")
+NEVER = (
+    "thrust_fade", "input_wiring", "actuator_lag", "roll_coupling", "thrust_loss_with_speed", "cross_terms",
+    "linear_damping", "rudder_flow",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ FINEST, SMALL, LARGEST = -7, 1e-3, 1e6
 #: Effects of which there is no "one".
 UNCOUNTED = frozenset((
     "waves", "propeller_walk", "thrust_fade", "thrust_loss_with_speed", "quadratic_damping", "turning_resistance",
-    "roll_coupling", "shallow_water",
+    "roll_coupling", "shallow_water", "cross_terms", "rudder_flow", "linear_damping",
 ))  # fmt: skip
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
