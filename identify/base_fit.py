@@ -116,6 +116,7 @@ def fit_from_scratch(
     *,
     length: float | None = None,
     rounds: int = 2,
+    apart: bool | None = None,
 ) -> Fitted:
     """Fit a structure without a start of its own.
 
@@ -124,12 +125,13 @@ def fit_from_scratch(
     structure : Structure
     stretches : tuple of Stretch, to identify on
     p : (np,), optional
-        Values of the effects' parameters to begin with; the coefficients come from regression. Without them nothing is
-        known yet, and a fit that stays off the noise is begun a second time with the axes apart.
+        Values of the effects' parameters to begin with; the coefficients come from regression.
     length : float, optional
         Of the windows at the end, s; by default long ones.
     rounds : int
         How often the noise is calibrated anew.
+    apart : bool, optional
+        Whether a fit that stays off the noise is begun again with the axes apart; by default where ``p`` is not given.
     """
     values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
@@ -137,7 +139,7 @@ def fit_from_scratch(
     found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
-    more = p is None and any(couples(t) for t in structure.table.terms)
+    more = (p is None if apart is None else apart) and any(couples(t) for t in structure.table.terms)
     another = (lambda: _grown(structure, stretches, begin(apart=True), length)) if more else None
     first, (found, again) = found, _calibrated_and_again(found, rounds, another)
     if again is not None and _farther(first, again) is again:

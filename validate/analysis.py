@@ -77,11 +77,10 @@ def analyse(
     declared = _nearest_bare(declared, outcome) if windowed else declared
     after = outcome.fitted if outcome and outcome.standing else declared
     progress("validate", "", 0.0)
-    if windowed and _far(declared, outcome):
+    far = windowed and _far(declared, outcome)
+    if far:
         progress("validate", "whole logs", 0.05)
-        declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
-        progress("validate", "whole logs", 0.4)
-        after = _rewired(prepared, outcome) if outcome and outcome.wiring else declared
+        declared, after = _followed(prepared, declared, outcome)
     progress("validate", "unseen logs", 0.7)
     if outcome and outcome.standing:
         outcome, after = _borne_out(prepared, declared, outcome, after)
@@ -89,6 +88,9 @@ def analyse(
         outcome = surely(outcome)
         declared = _nearest_bare(declared, outcome) if windowed else declared
         after = outcome.fitted if outcome.standing else declared
+    if windowed and not far and _far(declared, outcome):  # what was found was taken back
+        progress("validate", "whole logs", 0.75)
+        declared, after = _followed(prepared, declared, outcome)
     near = _nearest(after, outcome)
     waves = waves_of(near) if loop else None
     if waves is None:
@@ -113,6 +115,12 @@ def analyse(
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
         equations(after.solution.structure, after.solution.p), _papers(after),
     )  # fmt: skip
+
+
+def _followed(prepared: Prepared, declared: Fitted, outcome: Outcome | None) -> tuple[Fitted, Fitted]:
+    """Fits that follow whole logs as well as they can, where nothing that was found brings the model near the noise."""
+    declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
+    return declared, _rewired(prepared, outcome) if outcome and outcome.wiring else declared
 
 
 def _nearest_bare(declared: Fitted, outcome: Outcome | None) -> Fitted:

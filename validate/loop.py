@@ -32,6 +32,7 @@ from validate.pace import Pace
 from validate.refits import step_tolerance, under
 from validate.rounds import Turn, astray, rounds, settled
 from validate.scan import best_value
+from validate.score_scatter import over_scatter
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -159,6 +160,8 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
         bare = replace(declared.problem, unlogged=None)
         here, there = (under(bare, f, 20).solution.total for f in (declared, other))
         return wiring if there < here + INDISTINCT else None
+    if declared.chi2_per_dof > FAR:  # where nothing fits, the accelerations have spoken
+        return None if _clearly_nearer(declared, other) else wiring
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
@@ -208,7 +211,7 @@ def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
     without = structure.without(index)
     k = len(structure.slots) - len(without.slots)
     least = least_gain(k, len(candidates(without)))
-    if loss < least:
+    if loss < least * over_scatter(fitted, index):
         return dropped(fitted, index)
     if loss > DOUBTFUL or not without.actives:
         return None

@@ -20,8 +20,8 @@ from validate.swell import with_waves_known
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
-#: No campaign lacks more than this many effects that can be found.
-MOST_EFFECTS = 4
+#: No campaign lacks more than this many effects that can be found, terms of a model that is too simple among them.
+MOST_EFFECTS = 6
 #: At so many inputs one effect is looked at through the accelerations.
 MOST_INPUTS = 6
 #: ... and so many are tried where these do not tell them apart, or where there are no more.
@@ -156,9 +156,14 @@ def settled(fitted: Fitted) -> Fitted:
     fitted, structure = in_order_taken(fitted), fitted.solution.structure
     here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     p = effects_alone(structure, here.solution.p)
-    rounds = 0 if here.chi2_per_dof < NEAR else 2
+    off = here.chi2_per_dof >= NEAR
     anew = fit_from_scratch(
-        structure, fitted.problem.stretches, p, length=fitted.problem.length, rounds=rounds
+        structure,
+        fitted.problem.stretches,
+        p,
+        length=fitted.problem.length,
+        rounds=2 if off else 0,
+        apart=off,
     )
     long = anew.problem.length >= here.problem.length
     if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:

@@ -19,7 +19,7 @@ from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs
 from validate.candidates import candidates
-from validate.judgement import least_gain
+from validate.judgement import at_bound, least_gain
 from validate.look_alikes import departure, dropped, left_on
 from validate.loop import DOUBTFUL, Outcome, all_standing, searched
 from validate.pace import Pace
@@ -61,7 +61,12 @@ def _least_sure(fitted: Fitted) -> int | None:
 
 
 def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
-    """How much more evidence there is for an effect than chance gives, or than one needs that moves next to nothing."""
+    """How much more evidence there is for an effect than chance gives, or than one needs that moves next to nothing.
+
+    A value that could go no further is none.
+    """
+    if at_bound(fitted, index):
+        return -np.inf
     without = dropped(fitted, index)
     said, needed = evidence(fitted, without, covariance, index), _by_chance(fitted, index)
     if needed < said < DOUBTFUL and _immaterial(fitted, without):
