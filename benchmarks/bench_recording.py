@@ -14,7 +14,7 @@ from pathlib import Path
 
 import rerun as rr
 
-from fixtures.results_example import example_results
+from benchmarks.results_example import example_results
 from validate.diagnosis import Results
 from validate.recording import write_recording
 

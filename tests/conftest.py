@@ -49,7 +49,7 @@ def device(tmp_path):
 @pytest.fixture(scope="session")
 def example():
     """Results without the pipeline: four logs of a toy boat, one effect taken."""
-    from fixtures.results_example import example_results
+    from benchmarks.results_example import example_results
 
     return example_results()
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fixtures.results_example import example_results
+from benchmarks.results_example import example_results
 from seatrial.cli.summary import finding_lines, summary
 from seatrial.cli.tables import say
 from validate.report.names import short_names

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fixtures.results_example import CURRENT, example_results
+from benchmarks.results_example import CURRENT, example_results
 from validate.recording import entities, write_recording
 from validate.recording.glyphs import drawable
 from validate.recording.ranges import ranges_of

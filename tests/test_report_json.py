@@ -8,7 +8,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fixtures.results_example import example_results
+from benchmarks.results_example import example_results
 from identify.fit import FittedEffect
 from preprocess.trial import Measurement
 from validate.diagnosis import ChannelScore

@@ -10,7 +10,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fixtures.results_example import STATES, example_results
+from benchmarks.results_example import STATES, example_results
 from validate.diagnosis import ChannelScore
 from validate.report import report_schema
 from validate.report_files import write_results

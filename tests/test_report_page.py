@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 
-from fixtures.results_example import example_results
+from benchmarks.results_example import example_results
 from validate.report.page import report_page
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from preprocess_samples import assert_same_trial
 
-from fixtures.results_example import STATES, example_results
+from benchmarks.results_example import STATES, example_results
 from preprocess.columns import sampled
 from preprocess.restore import read_trials
 from preprocess.trial import Measurement

@@ -9,7 +9,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 from test_cli import CAMPAIGN, write_log
 
-from fixtures.results_example import example_results
+from benchmarks.results_example import example_results
 from seatrial import load_campaign, run
 from seatrial.__main__ import main
 from seatrial.cli.compiling import SAID
