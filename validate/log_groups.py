@@ -5,13 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from identify.base_fit import Fitted
+import numpy as np
+
+from identify.base_fit import FAR, Fitted
 from identify.effect import Active
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.in_common import in_common
 from identify.structure import Structure
 from preprocess.cores import side_by_side
-from validate.refits import under
+from validate.refits import under, went_on
+
+#: Steps of every choice of logs, then of the nearest few.
+BRIEFLY, NEAREST, TO_THE_END = 4, 2, 16
+#: Far from the noise a log is let in or out only for this share of the cost.
+WORTH_A_LOG = 0.03
 
 
 def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
@@ -29,15 +36,32 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         here = _logs(fitted)
         groups = [here ^ {name} for name in names]
         some = [logs for logs in groups if 0 < len(logs & set(names)) < len(names)]
-        others = side_by_side(partial(_refitted, fitted), some, shared=in_common(fitted))
-        best = min(others, key=lambda f: f.solution.total, default=fitted)
-        if not best.solution.total < fitted.solution.total - clearly:
+        shared = in_common(fitted)
+        others = side_by_side(partial(_refitted, fitted), some, shared=shared)
+        nearest = sorted(others, key=_total)[:NEAREST]
+        target = fitted.solution.total - _least(fitted, clearly)
+        on = side_by_side(partial(_taken_on, target), nearest, shared=shared)
+        best = min(on, key=_total, default=fitted)
+        if not best.solution.total < target:
             return fitted
         fitted = best
 
 
 def _refitted(fitted: Fitted, logs: set[str]) -> Fitted:
-    return under(fitted.problem, in_logs(fitted, -1, logs), 20)
+    return under(fitted.problem, in_logs(fitted, -1, logs), BRIEFLY)
+
+
+def _taken_on(target: float, fitted: Fitted) -> Fitted:
+    return went_on(fitted, TO_THE_END, target)
+
+
+def _least(fitted: Fitted, clearly: float) -> float:
+    """What another choice of logs must gain."""
+    return clearly if fitted.chi2_per_dof < FAR else max(clearly, WORTH_A_LOG * fitted.solution.cost)
+
+
+def _total(fitted: Fitted) -> float:
+    return fitted.solution.total if np.isfinite(fitted.solution.total) else np.inf
 
 
 def free_in_logs(active: Active, structure: Structure) -> bool:
