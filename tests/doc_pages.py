@@ -92,7 +92,8 @@ def prepare(page: Path, folder: Path) -> None:
         return
     vessel, form = TRIALS[page.stem]
     trials = folder / "trials"
-    words = ["--vessel", vessel, "--format", form, "--logs", "3", "--duration", "60", "--seed", "7"]
+    duration = "60" if page.stem == "sail-and-identify" else "45"
+    words = ["--vessel", vessel, "--format", form, "--logs", "3", "--duration", duration, "--seed", "7"]
     make_campaign([str(trials), *words])
     if any(b.place == "trials/campaign.toml" for b in blocks(page)):
         (trials / "campaign.toml").unlink()
