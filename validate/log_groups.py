@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from identify.base_fit import FAR, Fitted
 from identify.effect import Active
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.in_common import in_common
 from identify.structure import Structure
 from preprocess.cores import side_by_side
-from validate.refits import under, went_on
+from validate.refits import total, under, went_on
 
 #: Steps of every choice of logs, then of the nearest few.
 BRIEFLY, NEAREST, TO_THE_END = 4, 2, 16
@@ -25,8 +23,8 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
     """The fit with its last effect in those of its logs in which the measurements clearly want it.
 
     Candidates are the later logs, or one alone; from the best of these one log after the other is let in, or out, as
-    long as that lowers the cost by more than ``clearly``. Effects that are in all logs, or where depths were declared,
-    stay as they are.
+    long as that lowers the cost by more than ``clearly``, far from the noise by a share of it. Effects that are in all
+    logs, or where depths were declared, stay as they are.
     """
     structure = fitted.solution.structure
     if not structure.actives or not free_in_logs(structure.actives[-1], structure):
@@ -38,10 +36,10 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         some = [logs for logs in groups if 0 < len(logs & set(names)) < len(names)]
         shared = in_common(fitted)
         others = side_by_side(partial(_refitted, fitted), some, shared=shared)
-        nearest = sorted(others, key=_total)[:NEAREST]
+        nearest = sorted(others, key=lambda f: total(f.solution))[:NEAREST]
         target = fitted.solution.total - _least(fitted, clearly)
         on = side_by_side(partial(_taken_on, target), nearest, shared=shared)
-        best = min(on, key=_total, default=fitted)
+        best = min(on, key=lambda f: total(f.solution), default=fitted)
         if not best.solution.total < target:
             return fitted
         fitted = best
@@ -58,10 +56,6 @@ def _taken_on(target: float, fitted: Fitted) -> Fitted:
 def _least(fitted: Fitted, clearly: float) -> float:
     """What another choice of logs must gain."""
     return clearly if fitted.chi2_per_dof < FAR else max(clearly, WORTH_A_LOG * fitted.solution.cost)
-
-
-def _total(fitted: Fitted) -> float:
-    return fitted.solution.total if np.isfinite(fitted.solution.total) else np.inf
 
 
 def free_in_logs(active: Active, structure: Structure) -> bool:

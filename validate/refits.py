@@ -54,11 +54,11 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
         solve, problem, structure, prior=prior, anchor=first_states(problem), tolerance=step_tolerance(fitted)
     )
     ways = (screened.p, screened.unmoved)
-    moved = min((search(p, first, budget=0) for p in ways), key=_total)
+    moved = min((search(p, first, budget=0) for p in ways), key=total)
     if fitted.chi2_per_dof < CONVERGES:
         return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(*_other_start(structure, screened, fitted), budget=2)
-    return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=_total))
+    return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
 
 
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
@@ -73,7 +73,8 @@ def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tupl
     return p, settled(problem, structure, p).first
 
 
-def _total(solution: Solution) -> float:
+def total(solution: Solution) -> float:
+    """Cost with what was known beforehand; infinite where the prediction ran away."""
     return solution.total if np.isfinite(solution.total) else np.inf
 
 
@@ -144,7 +145,7 @@ def _nearly(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tup
         return _slack(base, refit(base, screened, target=target))
 
     for k in range(0, len(finalists), FEW):
-        target = min((_total(f.solution) + 0.5 * target_gap(base, f) for _, f in found), default=np.inf)
+        target = min((total(f.solution) + 0.5 * target_gap(base, f) for _, f in found), default=np.inf)
         found += _beside(base, finalists[k : k + FEW], partial(refitted, target), pace)
     return found
 
