@@ -49,16 +49,12 @@ QUADRATIC_DAMPING = Effect(
 
 
 _LINEAR = _missing(
-    ("u", Term("u", "u"), ("Δu", "ΔuU")),
-    ("v", Term("v", "v"), ("vU",)),
-    ("r", Term("r", "r"), ("rU",)),
-    ("sway_r", Term("v", "r"), ("rU",)),
-    ("yaw_v", Term("r", "v"), ("vU",)),
+    ("u", Term("u", "u"), ("Δu", "ΔuU")), ("v", Term("v", "v"), ("vU",)), ("r", Term("r", "r"), ("rU",))
 )
 
 LINEAR_DAMPING = Effect(
     "linear_damping", "hull",
-    "u̇ += X u, v̇ += Y_v v + Y_r r, ṙ += N_r r + N_v v (those that the model lacks)",
+    "u̇ += X u, v̇ += Y v, ṙ += N r (those that the model lacks)",
     "At low speed friction and the waves that a hull makes damp in proportion to the speed.",
     "Slow runs and pull-outs; zigzags of small amplitude.",
     "Fossen 2011, sec. 6.4",
@@ -106,15 +102,12 @@ _CROSS = _missing(
             ("vr", "|v|r", ("v²r/U",)),
             ("rv", "|r|v", ("vr²/U",)),
         )
-    ),
-    ("sway_rr", Term("v", "|r|r"), ("r|r|", "r³", "r³/U")),
-    ("yaw_vv", Term("r", "|v|v"), ("v|v|", "v³", "v³/U")),
+    )
 )
 
 CROSS_TERMS = Effect(
     "cross_terms", "hull",
-    "v̇ += Y_uv uv + Y_ur ur + Y_|v|r |v|r + Y_|r|v |r|v + Y_|r|r |r|r, ṙ likewise, with N_|v|v |v|v (those that the "
-    "model lacks)",
+    "v̇ += Y_uv uv + Y_ur ur + Y_|v|r |v|r + Y_|r|v |r|v, ṙ likewise (those that the model lacks)",
     "Drift and turning act on each other, and grow with the speed: the declared model couples them too simply.",
     "Zigzags and turning circles at two or three speeds; a model with more terms.",
     "Skjetne et al. 2004; Fossen 2011, sec. 6.5",
