@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from identify.bridges import Shapes
-from identify.drive import AIR
+from identify.directions import AIR
 from identify.stretch import Stretch
 from identify.structure import Structure
 

@@ -19,7 +19,8 @@ from scipy.linalg import solveh_banded
 
 from identify import kernel
 from identify.chain import UVR, Chain
-from identify.drive import directions, drive
+from identify.directions import directions
+from identify.drive import drive
 from identify.output_error import Prior
 from identify.regression import through_water
 from identify.stretch import IntArray

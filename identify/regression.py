@@ -8,9 +8,10 @@ from functools import reduce
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from identify.drive import drive, sensor_of
+from identify.drive import drive
 from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.slot import Slot
+from identify.steady import sensor_of
 from identify.stretch import Stretch, slopes_of
 from identify.structure import Structure
 from identify.term import FACTORS, Term, factors_of

@@ -11,6 +11,7 @@ import numpy as np
 from identify import flow
 from identify.effect import Active, Parameter, Setting
 from identify.forces import channel_names
+from identify.layout import Layout, layout_of
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
 from identify.slot import CLOCK, U0, Slot, clocks, reference_speed
 from identify.tape import Tape, tape_of
@@ -209,7 +210,12 @@ class Structure:
 
     def values(self, p: FloatArray, effect: int) -> dict[str, float]:
         """Named parameter values of one active effect."""
-        return {s.name: float(p[k]) for k, s in enumerate(self.slots) if s.effect == effect}
+        return {name: float(p[k]) for name, k in self.layout.named[effect]}
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Where what stands in its parameters and coefficients."""
+        return layout_of(self)
 
     @cached_property
     def general(self) -> IntArray:

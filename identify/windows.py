@@ -11,7 +11,8 @@ import numpy as np
 
 from identify import kernel
 from identify.compiled import motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
-from identify.drive import Directions, Drive, directions, drive
+from identify.directions import Directions, all_directions
+from identify.drive import Drive, drives
 from identify.first_states import begun
 from identify.measure import moments_of_windows
 from identify.sample import work_for
@@ -180,20 +181,16 @@ def moments(
 
     With these ``held``, with respect to the first state alone: np is then 0.
     """
-    drives = [drive(structure, p, s) for s in problem.stretches]
-    first, unit = begun(problem, structure, drives, first)
-    nothing = nothing_along(kernel.NX + 1), no_sensors(kernel.NX + 1)
-    along = [
-        nothing if held else along_of(structure, directions(structure, p, s, d), d)
-        for d, s in zip(drives, problem.stretches, strict=True)
-    ]
+    driven = drives(structure, p, problem.stretches)
+    first, unit = begun(problem, structure, driven, first)
+    along = _nothing(len(driven)) if held else along_all(problem, structure, p, driven)
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
     hidden = problem.whitening  # made before the threads ask for it
     size = columns * sum(s.steps for s in problem.stretches)
     workers = granted() if size >= WORTH_SHARING else 1
     shares = [
-        (drives[k], along[k], np.array(part))
-        for k in range(len(drives))
+        (driven[k], along[k], np.array(part))
+        for k in range(len(driven))
         for part in _shares(problem, k, workers)
     ]
     done = abreast(
@@ -217,6 +214,19 @@ def _shares(problem: Problem, stretch: int, workers: int) -> list[list[int]]:
     return [mine[k : k + size] for k in range(0, len(mine), size)]
 
 
+def _nothing(stretches: int) -> list[tuple[Along, FloatArray]]:
+    """The directions of so many stretches where no parameter moves."""
+    return [(nothing_along(kernel.NX + 1), no_sensors(kernel.NX + 1))] * stretches
+
+
+def along_all(
+    problem: Problem, structure: Structure, p: FloatArray, driven: Sequence[Drive]
+) -> list[tuple[Along, FloatArray]]:
+    """The directions of all parameters in every stretch, for the compiled code."""
+    every = all_directions(structure, p, problem.stretches, driven)
+    return [along_of(structure, ways, d) for ways, d in zip(every, driven, strict=True)]
+
+
 def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, FloatArray]:
     """The directions of all parameters, in the order of the slots after the first state, for the compiled code.
 
@@ -224,7 +234,7 @@ def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, F
     """
     tape, equation = structure.table.tape, structure.table.equation_of
     simple, general = structure.simple, structure.general
-    plain = np.array([structure.slots[k].coefficient for k in simple], dtype=np.int64)
+    plain = structure.layout.plain
     moved, which = np.nonzero(d.coefficients)
     value = tape.value.astype(np.int64)
     width = padded(kernel.NX + len(structure.slots) + 1)
@@ -271,13 +281,14 @@ def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: Fl
     """Per window the weighted derivatives (m, 2, 8 + np) of its samples along its first state and all parameters."""
     every: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
     columns = slice(0, kernel.NX + len(structure.slots))
-    drives = [drive(structure, p, s) for s in problem.stretches]
-    first, unit = begun(problem, structure, drives, first)
-    for number, (stretch, d) in enumerate(zip(problem.stretches, drives, strict=True)):
+    driven = drives(structure, p, problem.stretches)
+    first, unit = begun(problem, structure, driven, first)
+    along_every = along_all(problem, structure, p, driven)
+    for number, (stretch, d) in enumerate(zip(problem.stretches, driven, strict=True)):
         mine = [k for k, w in enumerate(problem.windows) if w.stretch == number]
         if not mine:
             continue
-        along, sensor = along_of(structure, directions(structure, p, stretch, d), d)
+        along, sensor = along_every[number]
         sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor)
         windows = [problem.windows[k] for k in mine]
         rows = rows_of(structure, d, stretch, windows, first[mine], along, sensing, columns)

@@ -9,7 +9,8 @@ import pytest
 from identification_samples import PROPELLER, RUDDER, structure_of
 from test_kernel import stretch_of
 
-from identify.drive import directions, drive
+from identify.directions import directions
+from identify.drive import drive
 from identify.kernel import CHANNEL
 from identify.predict import accelerations_at
 from identify.regression import regressors

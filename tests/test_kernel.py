@@ -13,7 +13,8 @@ from scipy.integrate import solve_ivp
 from identify import kernel, tangents
 from identify.aligned import LINE, zeros
 from identify.angles import cosine_and_sine
-from identify.drive import directions, drive
+from identify.directions import directions
+from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import ACTUATOR_LAG, CURRENT, EFFECTS, ROLL_COUPLING, THRUST_FADE, WIND_UNSEEN
 from identify.flow import PARAMETERS

@@ -1,0 +1,54 @@
+"""Where what stands in a structure's parameters and coefficients, worked out once for all that is evaluated with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from identify.structure import Structure
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Places of a structure's parameters and coefficients.
+
+    ``named`` are, per active effect, its parameters' names and places. ``plain`` (ns,) is the coefficient that each
+    simple parameter is; ``given`` (c,) coefficients that the model itself gives (0 elsewhere), ``fixed`` per active
+    effect the first of those that follow from its parameters. ``vessel``, ``inertial``, ``hull`` (c,): terms in the
+    vessel's own equations, and of these those of its mass, and of its hull.
+    """
+
+    named: tuple[tuple[tuple[str, int], ...], ...]
+    plain: IntArray
+    given: FloatArray
+    fixed: tuple[int, ...]
+    vessel: BoolArray
+    inertial: BoolArray
+    hull: BoolArray
+
+
+def layout_of(structure: Structure) -> Layout:
+    """The layout of a structure."""
+    terms, slots, effects = structure.table.terms, structure.slots, range(len(structure.actives))
+    named = tuple(tuple((s.name, k) for k, s in enumerate(slots) if s.effect == e) for e in effects)
+    own = len(structure.setting.terms)
+    given, fixed = np.zeros(len(terms)), []
+    k = own + len(structure.model.fixed)
+    given[own:k] = [value for *_, value in structure.model.fixed]
+    for active, free in zip(structure.actives, structure.free_terms, strict=True):
+        fixed.append(k + len(free))
+        values = {p.name: p.null for p in active.effect.parameters}
+        k = fixed[-1] + (len(active.effect.fixed_terms(values)) if active.effect.fixed_terms else 0)
+    vessel = np.array([t.dof not in ("e1", "e2") for t in terms], dtype=bool)
+    role = np.array([t.role for t in terms])
+    plain = np.array([slots[k].coefficient for k in structure.simple], dtype=np.int64)
+    return Layout(
+        named, plain, given, tuple(fixed), vessel, vessel & (role == "inertial"), vessel & (role == "hull")
+    )
