@@ -68,20 +68,21 @@ def regressors(
     p: FloatArray,
     stretch: Stretch,
     seen: Callable[[FloatArray], FloatArray] | None = None,
+    every: int = 1,
 ) -> FloatArray:
     """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them.
 
-    The motion is the one behind what the sensors show.
+    The motion is the one behind what the sensors show. Of so many steps the first alone where not ``every`` one counts.
     """
-    d = drive(structure, p, stretch)
+    d, some = drive(structure, p, stretch), slice(None, None, every)
     states = true_states(structure, d.sensor, stretch)
     acting = d.channels if seen is None else seen(d.channels)
-    middle = 0.5 * (states[1:] + states[:-1])
+    middle = 0.5 * (states[1:][some] + states[:-1][some])
     middle_water = through_water(middle, d.current)
-    values = factor_values(middle_water, d.wind, d.current, d.u0)
-    values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
+    values = factor_values(middle_water, d.wind[some], d.current, d.u0)
+    values |= {name: acting[some, k] for k, name in enumerate(structure.table.channels)}
     values |= flow_values(structure, middle_water, values)
-    out = np.empty((stretch.steps, len(structure.table.terms)))
+    out = np.empty((len(middle), len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):
         out[:, k] = reduce(np.multiply, [values[f] for f in factors_of(term.text)])
     return out

@@ -26,8 +26,11 @@ FAR_BEYOND = 30.0
 #: a component's typical size where nothing is.
 DIRECTIONS = 12
 USUAL, UNUSUAL = np.array([0.4, 0.8, 1.6]), np.array([1.0, 2.0, 4.0, 8.0])
-#: Accelerations are slopes over this time either way, s.
-SLOPE = 1.0
+#: Accelerations are slopes over so many steps either way where the coefficients are found, and where a misfit is
+#: measured over this time, s.
+FINE, SLOPE = 5, 1.0
+#: ... at no more than so many steps of all logs together: smooth motion says the same in those between them.
+ROWS = 2000
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
 WORTH = 0.05
 
@@ -114,10 +117,13 @@ def _both_ways(up: FloatArray) -> FloatArray:
 
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
-    designs = [regressors(structure, p, s) for s in stretches]
-    rates = [true_accelerations(structure, p, s) for s in stretches]
-    q = solve_regression(structure, p, np.vstack(designs), np.vstack(rates))
-    scales = [true_accelerations(structure, p, s, max(1, round(SLOPE / s.h))) for s in stretches]
-    errors = [t - predicted(structure, q, d) for t, d in zip(scales, designs, strict=True)]
-    square = np.mean(np.vstack(errors) ** 2, axis=0) / (np.var(np.vstack(scales), axis=0) + 1e-12)
+    every = max(1, sum(s.steps for s in stretches) // ROWS)
+    designs = [regressors(structure, p, s, every=every) for s in stretches]
+    rates, scales = (
+        np.vstack([true_accelerations(structure, p, s, window)[::every] for s in stretches])
+        for window in (FINE, max(1, round(SLOPE / stretches[0].h)))
+    )
+    design = np.vstack(designs)
+    errors = scales - predicted(structure, solve_regression(structure, p, design, rates), design)
+    square = np.mean(errors**2, axis=0) / (np.var(scales, axis=0) + 1e-12)
     return float(np.sum(np.log(square + 1e-6)))
