@@ -39,7 +39,7 @@ ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A rough search takes so many steps under each weights.
 BRIEF = (8, 12)
 #: ... in one of so many windows, each parameter still seen by so many rows.
-THIN, SEEN_BY = 3, 400
+THIN, SEEN_BY = 3, 130
 #: Far from the noise no step is worth taking that promises less than this share of the cost.
 SLIGHT = 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.

@@ -23,10 +23,16 @@ def pytest_configure(config):
         forget_stale_code()
 
 
+#: Files that are begun first: of documents, whose commands compile nearly everything, beside files that mostly wait for
+#: devices, and so do not compile the same at the same time.
+FIRST = ("test_docs", "test_capture", "test_capture_faults", "test_capture_can")
+
+
 def pytest_collection_modifyitems(items):
     """Files with slow tests first: a worker that begins one of them last would keep the others waiting."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    place = {name: k for k, name in enumerate(FIRST)}
+    items.sort(key=lambda item: (place.get(item.path.stem, len(FIRST)), item.path not in slow))
 
 
 @pytest.fixture
