@@ -93,10 +93,11 @@ def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
 def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
     """Refits of the finalists, best first.
 
-    Far from the noise, those that fall behind over part of the windows are left there; and where one of those that
+    Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
     """
-    if base.chi2_per_dof < FAR:
+    few = len(finalists) <= RUNNERS + PROMISING
+    if base.chi2_per_dof < (FAR if few else CONVERGES):
         return _alive(_nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
