@@ -21,7 +21,8 @@ class Layout:
 
     ``named`` are, per active effect, its parameters' names and places. ``plain`` (ns,) is the coefficient that each
     simple parameter is; ``given`` (c,) coefficients that the model itself gives (0 elsewhere), ``fixed`` per active
-    effect the first of those that follow from its parameters. ``vessel``, ``inertial``, ``hull`` (c,): terms in the
+    effect the first of those that follow from its parameters; ``by_equation`` of u, v, r the places of the simple
+    parameters in it, and of their coefficients. ``vessel``, ``inertial``, ``hull`` (c,): terms in the
     vessel's own equations, and of these those of its mass, and of its hull.
     """
 
@@ -29,6 +30,7 @@ class Layout:
     plain: IntArray
     given: FloatArray
     fixed: tuple[int, ...]
+    by_equation: tuple[tuple[IntArray, IntArray], ...]
     vessel: BoolArray
     inertial: BoolArray
     hull: BoolArray
@@ -49,6 +51,15 @@ def layout_of(structure: Structure) -> Layout:
     vessel = np.array([t.dof not in ("e1", "e2") for t in terms], dtype=bool)
     role = np.array([t.role for t in terms])
     plain = np.array([slots[k].coefficient for k in structure.simple], dtype=np.int64)
+    equation = structure.table.equation_of[plain]
+    by_equation = tuple((structure.simple[equation == e], plain[equation == e]) for e in range(3))
     return Layout(
-        named, plain, given, tuple(fixed), vessel, vessel & (role == "inertial"), vessel & (role == "hull")
+        named,
+        plain,
+        given,
+        tuple(fixed),
+        by_equation,
+        vessel,
+        vessel & (role == "inertial"),
+        vessel & (role == "hull"),
     )

@@ -8,7 +8,7 @@ from functools import reduce
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from identify.drive import drive
+from identify.drive import Drive, drive
 from identify.flow import CHANNELS, RESULTS, flow_along
 from identify.slot import Slot
 from identify.steady import sensor_of
@@ -68,21 +68,26 @@ def regressors(
     p: FloatArray,
     stretch: Stretch,
     seen: Callable[[FloatArray], FloatArray] | None = None,
-    every: int = 1,
 ) -> FloatArray:
     """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them.
 
-    The motion is the one behind what the sensors show. Of so many steps the first alone where not ``every`` one counts.
+    The motion is the one behind what the sensors show.
     """
-    d, some = drive(structure, p, stretch), slice(None, None, every)
-    states = true_states(structure, d.sensor, stretch)
+    d = drive(structure, p, stretch)
     acting = d.channels if seen is None else seen(d.channels)
-    middle = 0.5 * (states[1:][some] + states[:-1][some])
-    middle_water = through_water(middle, d.current)
+    return regressors_along(structure, d, acting, true_states(structure, d.sensor, stretch))
+
+
+def regressors_along(
+    structure: Structure, d: Drive, acting: FloatArray, states: FloatArray, every: int = 1
+) -> FloatArray:
+    """The same along the motion ``states`` (n + 1, 6) over ground, by what acts (n, nc); at every so many steps."""
+    some = slice(None, None, every)
+    middle_water = through_water(0.5 * (states[1:][some] + states[:-1][some]), d.current)
     values = factor_values(middle_water, d.wind[some], d.current, d.u0)
     values |= {name: acting[some, k] for k, name in enumerate(structure.table.channels)}
     values |= flow_values(structure, middle_water, values)
-    out = np.empty((len(middle), len(structure.table.terms)))
+    out = np.empty((len(middle_water), len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):
         out[:, k] = reduce(np.multiply, [values[f] for f in factors_of(term.text)])
     return out
@@ -145,23 +150,13 @@ def couples(term: Term) -> bool:
     return bool(factors & _OTHERS.get(term.dof, set())) and not turning_with_headway
 
 
-def _slots_of(structure: Structure, equation: int) -> tuple[list[int], list[int]]:
-    """Slots of the free coefficients of an equation, and their columns in the design."""
-    mine = [
-        k for k, s in enumerate(structure.slots)
-        if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
-    ]  # fmt: skip
-    return mine, [structure.slots[k].coefficient for k in mine]
-
-
 def solve_regression(
     structure: Structure, p: FloatArray, design: FloatArray, target: FloatArray, ridge: float = 1e-4
 ) -> FloatArray:
     """Parameters with the coefficients that fit ``target`` (n, 3) by ``design`` (n, terms), within their bounds."""
     out = p.copy()
-    for equation in range(3):
-        mine, columns = _slots_of(structure, equation)
-        if mine:
+    for equation, (mine, columns) in enumerate(structure.layout.by_equation):
+        if len(mine):
             bounds = [_for_a_start(structure.slots[k]) for k in mine]
             out[mine] = _bounded_ridge(design[:, columns], target[:, equation], bounds, ridge)
     return out
@@ -185,8 +180,7 @@ def _for_a_start(slot: Slot) -> tuple[float, float]:
 def predicted(structure: Structure, p: FloatArray, design: FloatArray) -> FloatArray:
     """Accelerations (n, 3) from the regressors (n, terms)."""
     out = np.zeros((len(design), 3))
-    for equation in range(3):
-        mine, columns = _slots_of(structure, equation)
+    for equation, (mine, columns) in enumerate(structure.layout.by_equation):
         out[:, equation] = design[:, columns] @ p[mine]
     return out
 

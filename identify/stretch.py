@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import correlate1d
 
 from identify.gyro_line import GyroLine, gyro_line
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
@@ -153,9 +154,7 @@ def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:
     m = min(window, max(1, len(states) // 4))
     k = np.arange(-m, m + 1)
     weights = k / (h * np.sum(k * k))
-    slope = np.column_stack(
-        [np.convolve(np.pad(c, m, mode="edge"), weights[::-1], mode="valid") for c in states[:, 3:6].T]
-    )
+    slope = correlate1d(states[:, 3:6], weights, axis=0, mode="nearest")
     return np.asarray(0.5 * (slope[1:] + slope[:-1]), dtype=float)
 
 

@@ -32,7 +32,7 @@ def true_states(
     """
     seen = stretch.states
     if np.array_equal(sensor, [0.0, 0.0, 1.0, *structure.vessel.antenna, 0.0, 0.0, 0.0, 0.0]):
-        return seen[at]
+        return seen if at == slice(None) else seen[at]
 
     def later(column: FloatArray, clock: float) -> FloatArray:
         return _later(column, clock, stretch.h, at)

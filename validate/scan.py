@@ -11,10 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identify.drive import drives
 from identify.effect import Active, Parameter
-from identify.regression import predicted, regressors, solve_regression, true_accelerations
+from identify.regression import accelerations, predicted, regressors_along, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.true_motion import true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -118,12 +120,15 @@ def _both_ways(up: FloatArray) -> FloatArray:
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
     every = max(1, sum(s.steps for s in stretches) // ROWS)
-    designs = [regressors(structure, p, s, every=every) for s in stretches]
-    rates, scales = (
-        np.vstack([true_accelerations(structure, p, s, window)[::every] for s in stretches])
+    driven = drives(structure, p, stretches)
+    moving = [true_states(structure, d.sensor, s) for s, d in zip(stretches, driven, strict=True)]
+    design = np.vstack([
+        regressors_along(structure, d, d.channels, x, every) for d, x in zip(driven, moving, strict=True)
+    ])  # fmt: skip
+    rates, slow = (
+        np.vstack([accelerations(s, window, x)[::every] for s, x in zip(stretches, moving, strict=True)])
         for window in (FINE, max(1, round(SLOPE / stretches[0].h)))
     )
-    design = np.vstack(designs)
-    errors = scales - predicted(structure, solve_regression(structure, p, design, rates), design)
-    square = np.mean(errors**2, axis=0) / (np.var(scales, axis=0) + 1e-12)
+    errors = slow - predicted(structure, solve_regression(structure, p, design, rates), design)
+    square = np.mean(errors**2, axis=0) / (np.var(slow, axis=0) + 1e-12)
     return float(np.sum(np.log(square + 1e-6)))
