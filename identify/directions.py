@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.acting import constant_channels, flow_channels, lead_slot, lines_of
+from identify.acting import flow_channels, lead_slot, lines_of
 from identify.drive import Drive
 from identify.effect import Effect
 from identify.kernel import CHANNEL
@@ -98,7 +98,7 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
 def _by_input(structure: Structure, p: FloatArray, stretch: Stretch, k: int) -> Iterator[_Moving]:
     """What a parameter moves by the inputs that it acts on."""
     answering = structure.actives[structure.slots[k].effect].variant.input
-    constant = np.zeros_like(constant_channels(structure, p))
+    constant = np.zeros(len(structure.table.channels))
     ends = [moved(structure, p, k, sign) for sign in (1.0, -1.0)]
     (mean, slope), (less, flatter) = (
         lines_of(structure, q, values_of(structure, q), stretch, constant, answering) for q in ends

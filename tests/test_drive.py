@@ -9,11 +9,14 @@ import pytest
 from identification_samples import PROPELLER, RUDDER, structure_of
 from test_kernel import stretch_of
 
-from identify.directions import directions
-from identify.drive import drive
+from identify.directions import all_directions, directions
+from identify.drive import drive, drives
+from identify.effect import Active, Variant
+from identify.effects.sensors import HEADING_BIAS, MASS_CHANGE
+from identify.effects.water_and_air import CURRENT
 from identify.kernel import CHANNEL
 from identify.predict import accelerations_at
-from identify.regression import regressors
+from identify.regression import regressors, regressors_along
 from identify.structure import null_parameters
 from identify.term import FACTORS
 
@@ -72,3 +75,37 @@ def test_a_speed_that_is_known_is_no_parameter_and_gives_the_same():
     assert a.u0 == b.u0 == 0.7
     assert np.array_equal(regressors(found, p, stretch), regressors(known, q, stretch))
     assert not structure_of("blanke", u0_found=True).u0_is_free
+
+
+def test_a_load_in_one_log_is_in_that_log_alone():
+    """Logs are evaluated together, and what is the same in all of them once: not what one of them has alone."""
+    structure = structure_of("modulus")
+    for active in (
+        Active(CURRENT),
+        Active(MASS_CHANGE, Variant(options={"logs": ("b",)})),
+        Active(HEADING_BIAS),
+    ):
+        structure = structure.with_effect(active)
+    p = null_parameters(structure) + np.linspace(0.01, 0.02, len(structure.slots))
+    stretches = [replace(stretch_of((RUDDER, PROPELLER), seed), name=n) for seed, n in enumerate("aba")]
+    here = drives(structure, p, stretches)
+    light, loaded, light_too = (d.coefficients for d in here)
+    ratio = structure.values(p, 1)["ratio"]
+    assert np.array_equal(light, light_too)
+    assert np.count_nonzero(loaded != light) > 3 and loaded[0] == pytest.approx(light[0] / ratio)
+    for stretch, d, ways in zip(stretches, here, all_directions(structure, p, stretches, here), strict=True):
+        assert np.array_equal(d.channels, drive(structure, p, stretch).channels)
+        for g, k in enumerate(structure.general):
+            ends = [drive(structure, p + x * (np.arange(len(p)) == k), stretch) for x in (1e-5, -1e-5)]
+            for name, found in (("coefficients", ways.coefficients[g]), ("current", ways.current[:, g]),
+                                ("sensor", ways.sensor[:, g])):  # fmt: skip
+                by_difference = (getattr(ends[0], name) - getattr(ends[1], name)) / 2e-5
+                assert found == pytest.approx(by_difference, abs=1e-4 * max(1.0, np.abs(found).max()))
+
+
+def test_regressors_at_some_steps_are_those_of_all():
+    structure, stretch = structure_of("modulus"), stretch_of((RUDDER, PROPELLER))
+    p = null_parameters(structure)
+    d = drive(structure, p, stretch)
+    some = regressors_along(structure, d, d.channels, stretch.states, every=3)
+    assert np.array_equal(some, regressors(structure, p, stretch)[::3])
