@@ -66,18 +66,6 @@ def shares_of(
     return found
 
 
-def lines_of(
-    structure: Structure,
-    p: FloatArray,
-    values: Values,
-    stretch: Stretch,
-    constant: FloatArray,
-    answering: str | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Mean and slope (n, nc) of the channels' lines, from a constant (nc,) and what every unit of inputs puts in."""
-    return summed(constant, shares_of(structure, p, values, stretch, answering), stretch)
-
-
 def summed(constant: FloatArray, some: Sequence[Share], stretch: Stretch) -> tuple[FloatArray, FloatArray]:
     """Mean and slope (n, nc) of the channels' lines: a constant (nc,) and what some inputs put in."""
     mean, slope = np.tile(constant, (stretch.steps, 1)), np.zeros((stretch.steps, len(constant)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.acting import flow_channels, lead_slot, lines_of
+from identify.acting import flow_channels, lead_slot, shares_of, summed
 from identify.drive import Drive
 from identify.effect import Effect
 from identify.kernel import CHANNEL
@@ -98,11 +98,10 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
 def _by_input(structure: Structure, p: FloatArray, stretch: Stretch, k: int) -> Iterator[_Moving]:
     """What a parameter moves by the inputs that it acts on."""
     answering = structure.actives[structure.slots[k].effect].variant.input
-    constant = np.zeros(len(structure.table.channels))
+    nothing = np.zeros(len(structure.table.channels))
     ends = [moved(structure, p, k, sign) for sign in (1.0, -1.0)]
-    (mean, slope), (less, flatter) = (
-        lines_of(structure, q, values_of(structure, q), stretch, constant, answering) for q in ends
-    )
+    shares = (shares_of(structure, q, values_of(structure, q), stretch, answering) for q in ends)
+    (mean, slope), (less, flatter) = (summed(nothing, some, stretch) for some in shares)
     width = ends[0][k] - ends[1][k]
     yield from _changing((mean - less) / width, (slope - flatter) / width)
 

@@ -211,6 +211,11 @@ class Active:
         return {**self.variant.options, "begin": self.begin.get(log, 0.0)}
 
     @property
+    def nulls(self) -> dict[str, float]:
+        """Parameter values at which it is not there."""
+        return {p.name: p.null for p in self.effect.parameters}
+
+    @property
     def label(self) -> str:
         """Name that tells it from the other variants of the same effect."""
         options = [_text(k, v) for k, v in self.variant.options.items()]

@@ -46,8 +46,7 @@ def layout_of(structure: Structure) -> Layout:
     given[own:k] = [value for *_, value in structure.model.fixed]
     for active, free in zip(structure.actives, structure.free_terms, strict=True):
         fixed.append(k + len(free))
-        values = {p.name: p.null for p in active.effect.parameters}
-        k = fixed[-1] + (len(active.effect.fixed_terms(values)) if active.effect.fixed_terms else 0)
+        k = fixed[-1] + (len(active.effect.fixed_terms(active.nulls)) if active.effect.fixed_terms else 0)
     vessel = np.array([t.dof not in ("e1", "e2") for t in terms], dtype=bool)
     role = np.array([t.role for t in terms])
     plain = np.array([slots[k].coefficient for k in structure.simple], dtype=np.int64)

@@ -117,7 +117,7 @@ class Structure:
         for active, free in zip(self.actives, self.free_terms, strict=True):
             terms += [t for _, t in free]
             if active.effect.fixed_terms:
-                terms += [t for t, _ in active.effect.fixed_terms(nulls(active))]
+                terms += [t for t, _ in active.effect.fixed_terms(active.nulls)]
         return tuple(terms)
 
     @property
@@ -164,7 +164,7 @@ class Structure:
                 for p in active.effect.parameters
             ]
             if active.effect.fixed_terms:
-                k += len(active.effect.fixed_terms(nulls(active)))
+                k += len(active.effect.fixed_terms(active.nulls))
         if self.input_lead is not None and self.lead_is_free:
             mean, sd = self.input_lead
             limits = (mean - 2.2 * sd, mean + 2.2 * sd)
@@ -231,11 +231,6 @@ class Structure:
 def null_parameters(structure: Structure) -> FloatArray:
     """Parameters (np,) with every effect at its null and every coefficient zero."""
     return np.array([s.parameter.null if s.coefficient < 0 else 0.0 for s in structure.slots])
-
-
-def nulls(active: Active) -> dict[str, float]:
-    """Parameter values at which an effect is not there."""
-    return {p.name: p.null for p in active.effect.parameters}
 
 
 def scaled(parameter: Parameter, active: Active, amplitudes: dict[str, float]) -> Parameter:

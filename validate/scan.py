@@ -31,7 +31,8 @@ USUAL, UNUSUAL = np.array([0.4, 0.8, 1.6]), np.array([1.0, 2.0, 4.0, 8.0])
 #: Accelerations are slopes over so many steps either way where the coefficients are found, and where a misfit is
 #: measured over this time, s.
 FINE, SLOPE = 5, 1.0
-#: ... at no more than so many steps of all logs together: smooth motion says the same in those between them.
+#: ... at every second step, or third, or so, that leaves so many of all logs together: smooth motion says the same in
+#: those between them.
 ROWS = 2000
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added).
 WORTH = 0.05
