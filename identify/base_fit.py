@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -38,8 +39,9 @@ FOLLOWS = 0.5
 ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A rough search takes so many steps under each weights.
 BRIEF = (8, 12)
-#: ... in one of so many windows, each parameter still seen by so many rows.
-THIN, SEEN_BY = 3, 130
+#: ... in one of so many windows, each parameter still seen by so many rows, and each log by so many windows: an effect
+#: may be in one log alone.
+THIN, SEEN_BY, OF_EACH_LOG = 3, 130, 2
 #: Far from the noise no step is worth taking that promises less than this share of the cost.
 SLIGHT = 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
@@ -182,8 +184,10 @@ def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray,
 
 
 def thin(problem: Problem, count: int) -> slice:
-    """Some of a problem's windows, enough of them for so many parameters."""
-    return slice(None, None, max(1, min(THIN, problem.rows // (SEEN_BY * count))))
+    """Some of a problem's windows, enough of them for so many parameters, and of every log."""
+    windows = Counter(problem.stretches[w.stretch].name for w in problem.windows)
+    most = min(THIN, problem.rows // (SEEN_BY * count), min(windows.values()) // OF_EACH_LOG)
+    return slice(None, None, max(1, most))
 
 
 def _straight(fitted: Fitted, rounds: int) -> Fitted:

@@ -9,13 +9,14 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import fit_from_scratch
+from identify.base_fit import FAR, fit_from_scratch, thin
 from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects.sensors import MASS_CHANGE
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.prepare import prepare
 from identify.structure import null_parameters
+from identify.windows import cut
 from validate.exchange import in_likeliest_form
 from validate.judgement import INDISTINCT
 from validate.log_groups import in_likeliest_logs
@@ -41,6 +42,25 @@ def test_a_load_is_found_in_any_of_the_logs():
     active = found.solution.structure.actives[0]
     assert active.variant.options["logs"] == tuple(found.solution.structure.setting.logs[k] for k in (1, 3))
     assert found.solution.structure.values(found.solution.p, 0)["ratio"] == pytest.approx(1.3, abs=0.03)
+
+
+@pytest.mark.parametrize("model", ["blanke", "linear", "zhu2019"])
+def test_a_heavy_load_is_found_in_its_logs_by_a_model_that_is_far_off(model):
+    effect = Effect("mass_change", {"ratio": 1.6}, options={"logs": (1, 3)})
+    _, trials = trials_of("usv", (*MANOEUVRES, "random"), 60.0, 4, (effect,))
+    begun = fitted_with(prepare(trials, model), 1, 2, 3).fitted
+    assert begun.chi2_per_dof > FAR
+    found = in_likeliest_logs(begun, INDISTINCT).solution.structure
+    assert found.actives[0].variant.options["logs"] == tuple(found.setting.logs[k] for k in (1, 3))
+
+
+@pytest.mark.parametrize("length", [10.0, 15.0, 30.0])
+def test_some_of_the_windows_are_of_every_log(length):
+    prepared = loaded_in(1, 3)
+    problem = cut(prepared.identify, length)
+    left = {problem.stretches[w.stretch].name for w in problem.windows[thin(problem, 5)]}
+    assert left == {s.name for s in prepared.identify}
+    assert length > 10.0 or len(problem.windows[thin(problem, 5)]) < len(problem.windows)
 
 
 def fitted_with(prepared, *logs, **form):

@@ -11,7 +11,6 @@ from identify.effects.water_and_air import SHALLOW_WATER
 from identify.in_common import in_common
 from identify.structure import Structure
 from preprocess.cores import side_by_side
-from validate.candidates import thinned
 from validate.refits import total, under, went_on
 
 #: Steps of every choice of logs, then of the nearest few.
@@ -24,26 +23,12 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
     """The fit with its last effect in those of its logs in which the measurements clearly want it.
 
     Candidates are the later logs, or one alone; from the best of these one log after the other is let in, or out, as
-    long as that lowers the cost by more than ``clearly``, far from the noise by a share of it. There some of the
-    windows choose, and all of them say whether the choice is any better. Effects that are in all logs, or where depths
-    were declared, stay as they are.
+    long as that lowers the cost by more than ``clearly``, far from the noise by a share of it. Effects that are in all
+    logs, or where depths were declared, stay as they are.
     """
     structure = fitted.solution.structure
     if not structure.actives or not free_in_logs(structure.actives[-1], structure):
         return fitted
-    if fitted.chi2_per_dof < FAR:
-        return _chosen(fitted, clearly)
-    some = thinned(fitted)
-    found = _chosen(some, clearly)
-    if found is some:
-        return fitted
-    target = fitted.solution.total - _least(fitted, clearly)
-    whole = under(fitted.problem, found, TO_THE_END)
-    return whole if whole.solution.total < target else fitted
-
-
-def _chosen(fitted: Fitted, clearly: float) -> Fitted:
-    """The same, by the fit's own windows."""
     names = sorted({s.name for s in fitted.problem.stretches})
     while True:
         here = _logs(fitted)
