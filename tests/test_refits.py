@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,7 @@ from preprocess.cores import on_cores
 from validate import refits
 from validate.candidates import candidates, screen
 from validate.pace import Pace
-from validate.refits import CONVERGES, FEW, FIRST, raced
+from validate.refits import CONVERGES, FEW, FIRST, converges, raced
 
 
 @cache
@@ -60,3 +61,14 @@ def test_a_race_ends_with_one_that_comes_near_the_noise(monkeypatch, near):
     at_the_noise = best[1].chi2_per_dof < NEAR  # then no more are taken to the end beside it
     assert (len(found) <= FEW) == at_the_noise == near
     assert len(tried) == (FIRST if near else len(order))
+
+
+def test_a_refit_converges_from_a_fit_near_the_noise_unless_what_is_slow_of_a_compass_is_far_from_it():
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6)
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    for position, heading, expected in ((1.0, 1.0, True), (9.0, 1.0, True), (1.0, 9.0, False)):
+        dispersion = np.array([position, heading, 1.0, 1.0])
+        problem = replace(fitted.problem, inflation=np.ones(4), dispersion=dispersion)
+        assert converges(replace(fitted, problem=problem)) is expected
+    assert not converges(far_off()[0])

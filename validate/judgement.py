@@ -19,7 +19,7 @@ from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import CONVERGES, begun_at, raced, step_tolerance, target_gap, under
+from validate.refits import begun_at, converges, raced, step_tolerance, target_gap, under
 from validate.score_scatter import over_scatter
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -90,7 +90,7 @@ def judge(
     refitted = _in_their_logs(base, raced(base, finalists, pace))
     if not refitted:
         return base, []
-    if base.chi2_per_dof > CONVERGES:
+    if not converges(base):
         refitted = sorted(refitted, key=lambda x: x[1].solution.total)
         pace.expect(2 * AGAIN + 1, pace.left)
         best_few = [f for _, f in refitted[:AGAIN]]

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from identify import kernel
 from identify.base_fit import FAR, NEAR, SHORT, Fitted, roughly
 from identify.first_states import first_states
 from identify.in_common import in_common
@@ -24,8 +25,10 @@ from validate.scan import best_value
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Below this cost per degree of freedom a refit converges from where the base is.
+#: Below this cost per degree of freedom a refit converges from where the base is ...
 CONVERGES = 1.5
+#: ... if no stream's slow errors are so many times its noise: many samples of white noise hide how far a model is off.
+STRAYS = 3.0
 #: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
 #: steps, in which one that began far from the base's own optimum may not have caught up.
 RUNNERS, PROMISING = 4, 4
@@ -38,6 +41,15 @@ FEW = 2
 def step_tolerance(fitted: Fitted) -> float:
     """When a search may stop: at a twentieth of a unit of cost, earlier while the model is far from the noise."""
     return 0.05 if fitted.chi2_per_dof < FAR else 1e-4 * fitted.solution.cost
+
+
+def converges(fitted: Fitted) -> bool:
+    """Whether a refit converges from where a fit is: near the noise, in what is slow as well.
+
+    Positions are not asked: a receiver wanders by itself.
+    """
+    slow = np.delete(fitted.problem.dispersed.inflation, kernel.POSITION)
+    return fitted.chi2_per_dof < CONVERGES and float(slow.max()) < STRAYS
 
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
@@ -55,7 +67,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     )
     ways = (screened.p, screened.unmoved)
     moved = min((search(p, first, budget=0) for p in ways), key=total)
-    if fitted.chi2_per_dof < CONVERGES:
+    if converges(fitted):
         return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(*_other_start(structure, screened, fitted), budget=2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
@@ -97,7 +109,7 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
     """
     few = len(finalists) <= RUNNERS + PROMISING
-    if base.chi2_per_dof < (FAR if few else CONVERGES):
+    if converges(base) or (few and base.chi2_per_dof < FAR):
         return _alive(_nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
