@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import correlate1d
 
-from identify.gyro_line import GyroLine, gyro_line
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
+from identify.sensor_line import SensorLine, sensor_line
 from identify.swell import Swell
 from preprocess.eso_motion import bandwidths_of
 from preprocess.trial import Measurement, Trial
@@ -132,7 +132,7 @@ class Stretch:
         return remembering(lambda name, begin: sampled(self.inputs[name], begin, step, n))
 
     @cached_property
-    def gyro_line(self) -> GyroLine:
+    def gyro_line(self) -> SensorLine:
         """What the gyro said over the smoothed yaw rate: 1, 0 and 0 where the smoother followed it.
 
         Where a compass told the smoother the turning, the gyro's own scale, bias and clock are here.
@@ -140,13 +140,13 @@ class Stretch:
         return self._line(YAW_RATE, 5)
 
     @cached_property
-    def compass_line(self) -> GyroLine:
+    def compass_line(self) -> SensorLine:
         """The same of what the compass said over the smoothed heading: how late it is where a gyro was followed."""
         return self._line(HEADING, 2)
 
-    def _line(self, kind: int, column: int) -> GyroLine:
+    def _line(self, kind: int, column: int) -> SensorLine:
         s, mine = self.samples, self.samples.kind == kind
-        return gyro_line(s.t[mine], s.value[mine, 0], s.sigma[mine], self.grid, self.states[:, column])
+        return sensor_line(s.t[mine], s.value[mine, 0], s.sigma[mine], self.grid, self.states[:, column])
 
 
 def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:

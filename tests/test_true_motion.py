@@ -12,8 +12,8 @@ from test_kernel import FIRST, STEPS, stretch_of
 
 from identify.drive import drive
 from identify.effect import Variant
-from identify.gyro_line import GyroLine, gyro_line
 from identify.predict import free_run, run, shown, true_first_state
+from identify.sensor_line import SensorLine, sensor_line
 from identify.true_motion import true_states
 
 
@@ -75,7 +75,7 @@ def test_a_gyro_is_as_late_as_what_it_said_and_a_smoothed_rate_that_followed_it_
     sigma = np.full(len(t), 0.01)
     noise = sigma * np.random.default_rng(3).standard_normal(len(t))
     true = 0.2 * np.sin(0.4 * (t - late)) + 0.1 * np.sin(1.1 * (t - late) + 0.5)
-    found = gyro_line(t, 1.05 * true + 0.02 + noise, sigma, grid, rate)
+    found = sensor_line(t, 1.05 * true + 0.02 + noise, sigma, grid, rate)
     assert found.late == pytest.approx(late, abs=0.01)
     assert found.slope == pytest.approx(1.05, abs=0.01)
     assert found.offset == pytest.approx(0.02, abs=0.002)
@@ -86,7 +86,7 @@ def test_a_late_gyro_shows_only_where_the_smoother_followed_it():
     stretch = stretch_of(MOTORS)
     d = drive(structure, p, stretch)
     for late in (0.0, 0.6):
-        vars(stretch)["gyro_line"] = GyroLine(late=late)
+        vars(stretch)["gyro_line"] = SensorLine(late=late)
         motion = run(structure, d, stretch, FIRST)
         seen = shown(structure, d, stretch, motion)
         moved = np.abs(seen[:, 5] - motion[:, 5]).max()
@@ -100,8 +100,8 @@ def test_a_late_compass_shows_only_where_the_smoother_followed_it_and_moves_the_
     d = drive(structure, p, stretch)
     motion = run(structure, d, stretch, FIRST)
     for followed in (True, False):
-        vars(stretch)["compass_line"] = GyroLine(late=0.0 if followed else 0.5)
-        vars(stretch)["gyro_line"] = GyroLine(late=-0.5 if followed else 0.0)
+        vars(stretch)["compass_line"] = SensorLine(late=0.0 if followed else 0.5)
+        vars(stretch)["gyro_line"] = SensorLine(late=-0.5 if followed else 0.0)
         seen = shown(structure, d, stretch, motion)
         moved = np.abs(seen - motion[:, :6]).max(axis=0)
         assert (moved[[0, 2, 5]] > 1e-3).all() if followed else (moved < 1e-9).all()

@@ -10,8 +10,8 @@ from identification_samples import trials_of
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
 from identify.base_fit import FAR, FOLLOWS, NEAR, fit_from_scratch
-from identify.gyro_line import GyroLine
 from identify.prepare import prepare
+from identify.sensor_line import SensorLine
 from validate.candidates import candidates
 from validate.scores import predictions, validation
 from validate.unseen import speak_against
@@ -66,7 +66,7 @@ def speaks_only_for_a_smoother(prepared, declared, after):
     """Free runs speak against a fit as if the smoother had followed the gyro; the measurements do not."""
     unseen = tuple(replace(s) for s in prepared.validate)
     for stretch in unseen:
-        vars(stretch)["gyro_line"] = GyroLine()  # as if the smoother had followed the gyro
+        vars(stretch)["gyro_line"] = SensorLine()  # as if the smoother had followed the gyro
     runs = predictions(after.solution.structure, after.solution.p, unseen)
     rate = validation(prepared.structure, unseen, runs).channels["r"]
     spread = np.concatenate([s.states[:, 5] for s in (*prepared.identify, *unseen)]).var()

@@ -1,4 +1,4 @@
-"""How a gyro's own word differs from the smoothed yaw rate: by scale, bias and clock."""
+"""How a gyro differs from the smoothed yaw rate, or a compass from the heading: by scale, bias and clock."""
 
 from __future__ import annotations
 
@@ -8,51 +8,51 @@ import numpy as np
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: A gyro is looked for this far before and behind the smoothed yaw rate, s.
+#: A sensor is looked for this far before and behind what was smoothed, s.
 LATEST = 5.0
 #: It is late only where that lessens its squared differences by so many of the noise's.
 CLEARLY = 9.0
 
 
 @dataclass(frozen=True)
-class GyroLine:
-    """Slope, offset in rad/s and lateness in s of what a gyro said over the smoothed yaw rate."""
+class SensorLine:
+    """Slope, offset in rad/s or rad, and lateness in s of what a sensor said over what was smoothed."""
 
     slope: float = 1.0
     offset: float = 0.0
     late: float = 0.0
 
 
-def gyro_line(
-    t: FloatArray, said: FloatArray, sigma: FloatArray, grid: FloatArray, rate: FloatArray
-) -> GyroLine:
-    """The line of a gyro's samples ``said`` (m,) at ``t`` (m,), noise ``sigma`` (m,), over a smoothed rate on a grid.
+def sensor_line(
+    t: FloatArray, said: FloatArray, sigma: FloatArray, grid: FloatArray, smooth: FloatArray
+) -> SensorLine:
+    """The line of a sensor's samples ``said`` (m,) at ``t`` (m,), noise ``sigma`` (m,), over what is smooth on a grid.
 
-    Where the smoother followed the gyro this is slope 1, offset 0, not late.
+    Where the smoother followed the sensor this is slope 1, offset 0, not late.
     """
     if len(t) == 0:
-        return GyroLine()
+        return SensorLine()
     step = float(grid[1] - grid[0])
     lags = step * np.arange(-round(LATEST / step), round(LATEST / step) + 1)
-    left = np.array([_line(t - lag, said, sigma, grid, rate)[1] for lag in lags])
+    left = np.array([_line(t - lag, said, sigma, grid, smooth)[1] for lag in lags])
     noise = float(np.mean(sigma**2))
     best = int(np.argmin(left))
     if left[len(lags) // 2] - left[best] < CLEARLY * noise:
-        return _line(t, said, sigma, grid, rate)[0]
+        return _line(t, said, sigma, grid, smooth)[0]
     lag = float(lags[best]) + step * _vertex(left, best)
-    line, _ = _line(t - lag, said, sigma, grid, rate)
-    return GyroLine(line.slope, line.offset, lag)
+    line, _ = _line(t - lag, said, sigma, grid, smooth)
+    return SensorLine(line.slope, line.offset, lag)
 
 
 def _line(
-    t: FloatArray, said: FloatArray, sigma: FloatArray, grid: FloatArray, rate: FloatArray
-) -> tuple[GyroLine, float]:
-    """The line over the smoothed rate at ``t``, and the squared differences from it."""
-    smoothed = np.interp(t, grid, rate)
+    t: FloatArray, said: FloatArray, sigma: FloatArray, grid: FloatArray, smooth: FloatArray
+) -> tuple[SensorLine, float]:
+    """The line over what is ``smooth`` at ``t``, and the squared differences from it."""
+    smoothed = np.interp(t, grid, smooth)
     about = smoothed - smoothed.mean()
     slope = 1.0 + float(about @ (said - smoothed)) / (float(about @ about) + float(np.sum(sigma**2)))
     offset = float(said.mean() - slope * smoothed.mean())
-    return GyroLine(slope, offset), float(np.sum((said - slope * smoothed - offset) ** 2))
+    return SensorLine(slope, offset), float(np.sum((said - slope * smoothed - offset) ** 2))
 
 
 def _vertex(left: FloatArray, best: int) -> float:
