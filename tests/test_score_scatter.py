@@ -12,8 +12,9 @@ from fixtures.sensors import Suite
 from identify.base_fit import FAR, Fitted, fit_from_scratch
 from identify.prepare import prepare
 from validate.candidates import candidates, screen
+from validate.judgement import FALSE_ALARM, least_gain, significance
 from validate.refits import refit
-from validate.score_scatter import _mean_ratio, over_scatter
+from validate.score_scatter import Scatter, _mean_ratio, moderated, scatter
 
 
 @pytest.mark.parametrize("times", [1.0, 4.0])
@@ -41,7 +42,7 @@ def _with_heading_bias(seed: int, wander: float) -> Fitted:
 
 def test_a_receiver_that_wanders_makes_gains_worth_less():
     white, wandering = (
-        np.mean([over_scatter(_with_heading_bias(s, w), 0) for s in range(3)]) for w in (0.0, 0.15)
+        np.mean([scatter(_with_heading_bias(s, w), 0).ratio for s in range(3)]) for w in (0.0, 0.15)
     )
     assert white < 1.3
     assert wandering > 1.5
@@ -52,7 +53,34 @@ def test_far_from_the_noise_scatter_says_nothing():
     off = replace(
         fitted.solution, moments=_larger(fitted, 10.0 * FAR), cost=10.0 * FAR * fitted.solution.cost
     )
-    assert over_scatter(replace(fitted, solution=off), 0) == 1.0
+    assert scatter(replace(fitted, solution=off), 0) == Scatter()
+
+
+@pytest.mark.parametrize("windows", [5, 12, 40])
+@pytest.mark.parametrize("k", [1, 4])
+def test_chance_gives_a_gain_as_often_as_is_said_however_few_the_windows(windows, k):
+    """Scores that scatter by twice their information: a gain by chance is significant as rarely as is claimed.
+
+    By several parameters more rarely: their scores tell more of the scatter than is counted on.
+    """
+    random = np.random.default_rng(10 * windows + k)
+    draws = 4000
+    scores = random.normal(size=(draws, windows, k)) * np.sqrt(2.0 / windows)
+    gains = np.sum(scores.sum(axis=1) ** 2, axis=1)
+    ratios = np.array([_mean_ratio(np.eye(k), each, list(range(k))) for each in scores])
+    p_values = [significance(g, k, 1, moderated(r, windows)) for g, r in zip(gains, ratios, strict=True)]
+    share = np.mean(np.array(p_values) < 0.01)
+    assert share < 0.025
+    assert share > 0.001 or k > 1
+    certain = [significance(g / max(1.0, r), k, 1, Scatter()) for g, r in zip(gains, ratios, strict=True)]
+    assert share < np.mean(np.array(certain) < 0.01)
+
+
+def test_what_is_significant_has_more_than_the_least_gain():
+    for degrees in (5.0, 30.0, np.inf):
+        least = least_gain(2, 30, degrees)
+        at = significance(3.0 * least, 2, 30, Scatter(3.0, degrees))
+        assert at == pytest.approx(FALSE_ALARM, rel=0.01)
 
 
 def _larger(fitted: Fitted, times: float):

@@ -20,7 +20,7 @@ from validate.candidates import Screened
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import begun_at, converges, raced, step_tolerance, target_gap, under
-from validate.score_scatter import over_scatter
+from validate.score_scatter import Scatter, scatter
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -167,20 +167,26 @@ def better_base(base: Fitted, candidate: Fitted) -> Fitted:
 
 def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
     gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution)
-    k = added_parameters(base, fit)
-    worth = gain / over_scatter(fit, len(fit.solution.structure.actives) - 1)
-    return Judged(screened, fit, gain, k, significance(worth, k, tried), worth - least_gain(k, tried))
+    k, by_chance = added_parameters(base, fit), scatter(fit, len(fit.solution.structure.actives) - 1)
+    evidence = gain / by_chance.ratio - least_gain(k, tried, by_chance.degrees)
+    return Judged(screened, fit, gain, k, significance(gain, k, tried, by_chance), evidence)
 
 
-def significance(gain: float, k: int, tried: int) -> float:
+def significance(gain: float, k: int, tried: int, by_chance: Scatter) -> float:
     """Probability that chance alone gives one of ``tried`` candidates with ``k`` parameters this gain."""
-    single = float(stats.chi2.sf(max(gain, 0.0), max(k, 1)))
+    each = max(gain, 0.0) / by_chance.ratio / k
+    known = np.isfinite(by_chance.degrees)
+    single = float(stats.f.sf(each, k, by_chance.degrees) if known else stats.chi2.sf(k * each, k))
     return float(-np.expm1(tried * np.log1p(-min(single, 1 - 1e-16))))
 
 
-def least_gain(k: int, tried: int) -> float:
-    """Gain that chance gives in a share ``FALSE_ALARM`` of campaigns, ``tried`` candidates looked at."""
-    return float(stats.chi2.isf(FALSE_ALARM / max(tried, 1), max(k, 1)))
+def least_gain(k: int, tried: int, degrees: float = np.inf) -> float:
+    """Gain that chance gives in a share ``FALSE_ALARM`` of campaigns, ``tried`` candidates looked at.
+
+    In units of what it is times chi-squared by chance, where that is known from so many degrees of freedom.
+    """
+    share = FALSE_ALARM / max(tried, 1)
+    return float(k * stats.f.isf(share, k, degrees) if np.isfinite(degrees) else stats.chi2.isf(share, k))
 
 
 def consistent(base: Fitted, fit: Fitted) -> bool:

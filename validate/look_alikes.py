@@ -18,7 +18,7 @@ from validate.candidates import Screened, candidates, extended, from_starts, nor
 from validate.judgement import INDISTINCT, effects_alone, significance
 from validate.refits import step_tolerance, under
 from validate.scan import between_log_and_hull
-from validate.score_scatter import over_scatter
+from validate.score_scatter import scatter
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -113,8 +113,8 @@ def standing(fitted: Fitted, index: int) -> Standing:
         lambda a: _as_good(fitted, index, a), close, shared=[*in_common(fitted), *(a.active for a in close)]
     )
     near = [(a, fit) for a, fit in zip(close, tried, strict=True) if fit is not None]
-    worth = gain / over_scatter(fitted, index)
-    p_value = significance(worth, len(departure(fitted, index)[0]), len(rivals) + 1)
+    k, by_chance = len(departure(fitted, index)[0]), scatter(fitted, index)
+    p_value = significance(gain, k, len(rivals) + 1, by_chance)
     names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
 

@@ -32,7 +32,7 @@ from validate.pace import Pace
 from validate.refits import step_tolerance, under
 from validate.rounds import Turn, astray, rounds, settled
 from validate.scan import best_value
-from validate.score_scatter import over_scatter
+from validate.score_scatter import scatter
 from validate.wiring import Wiring, better_wiring
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -210,14 +210,14 @@ def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
     structure = fitted.solution.structure
     without = structure.without(index)
     k = len(structure.slots) - len(without.slots)
-    least = least_gain(k, len(candidates(without)))
-    if loss < least * over_scatter(fitted, index):
+    tried, by_chance = len(candidates(without)), scatter(fitted, index)
+    if loss < by_chance.ratio * least_gain(k, tried, by_chance.degrees):
         return dropped(fitted, index)
     if loss > DOUBTFUL or not without.actives:
         return None
     other = _begun_anew(fitted, index)
     lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
-    return other if lost < least else None
+    return other if lost < least_gain(k, tried) else None
 
 
 def _begun_anew(fitted: Fitted, index: int) -> Fitted:
