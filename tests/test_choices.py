@@ -1,0 +1,63 @@
+"""Which of several fits is gone on with, and which are not asked for what they need not say."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from identify.base_fit import NEAR
+from validate import judgement
+from validate.analysis import _nearest_bare
+from validate.judgement import _in_their_logs
+
+
+def fit(chi2, length=30.0, actives=(), total=0.0):
+    structure = SimpleNamespace(actives=actives)
+    return SimpleNamespace(
+        chi2_per_dof=chi2,
+        problem=SimpleNamespace(length=length),
+        solution=SimpleNamespace(structure=structure, total=total),
+    )
+
+
+def outcome(fitted, standing=(), wiring=None):
+    return SimpleNamespace(fitted=fitted, standing=standing, wiring=wiring)
+
+
+def test_a_search_that_ends_without_effects_gives_its_fit_where_that_is_clearly_nearer_the_noise():
+    declared, nearer = fit(2.0), fit(1.2)
+    assert _nearest_bare(declared, outcome(nearer)) is nearer
+    assert _nearest_bare(declared, None) is declared
+
+
+@pytest.mark.parametrize(
+    "ended",
+    [
+        outcome(fit(1.99)),  # no nearer than by chance
+        outcome(fit(1.2, length=10.0)),  # short windows hide what it lacks
+        outcome(fit(1.2, actives=("current",))),  # another structure
+        outcome(fit(1.2), standing=("current",)),  # it found something: that is the fit after
+        outcome(fit(1.2), wiring="swapped"),
+    ],
+)
+def test_else_the_declared_fit_stays(ended):
+    declared = fit(2.0)
+    assert _nearest_bare(declared, ended) is declared
+
+
+@pytest.mark.parametrize(("best", "asked"), [(0.9 * NEAR, 1), (1.1 * NEAR, 2)])
+def test_where_the_best_cause_comes_to_the_noise_the_others_are_not_asked_for_their_logs(
+    monkeypatch, best, asked
+):
+    """Nor is one that gains next to nothing, or a second of the same effect."""
+    seen = []
+    monkeypatch.setattr(judgement, "in_likeliest_logs", lambda f, _: seen.append(f) or f)
+    named = [
+        SimpleNamespace(active=SimpleNamespace(effect=SimpleNamespace(name=n)))
+        for n in ("mass_change", "mass_change", "shallow_water", "thrust_fade")
+    ]
+    fits = [fit(best, total=10.0), fit(3.0, total=20.0), fit(3.0, total=30.0), fit(3.0, total=99.0)]
+    found = _in_their_logs(fit(4.0, total=100.0), list(zip(named, fits, strict=True)))
+    assert seen == [fits[0], fits[2]][:asked]
+    assert [f for _, f in found] == fits
