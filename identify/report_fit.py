@@ -27,6 +27,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A coefficient whose standard error is more than this share of it is not identified.
 LARGEST_ERROR = 0.5
+#: ... and nothing is known of one whose standard error is more than so many times it: it is a number of chance.
+UNTOLD = 1e3
 
 
 def covariance_of(fitted: Fitted) -> FloatArray:
@@ -160,7 +162,9 @@ def _reason(value: float, stderr: float, at_bound: bool) -> str:
     if at_bound:
         return "at the bound that geometry sets"
     if stderr > LARGEST_ERROR * abs(value):
-        return f"the standard error is {100 * stderr / max(abs(value), 1e-12):.0f} % of the value"
+        if stderr > UNTOLD * abs(value):
+            return "these logs say nothing about it"
+        return f"the standard error is {100 * stderr / abs(value):.0f} % of the value"
     return ""
 
 

@@ -12,7 +12,8 @@ from identify.base_fit import NEAR, fit_from_scratch
 from identify.drive import drive
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
-from validate.other_logs import with_other_logs
+from validate.advice import idle_inputs
+from validate.other_logs import on_other_logs, with_other_logs
 from validate.structure_left import ahead, structured_share
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
@@ -59,6 +60,18 @@ def test_parameters_do_not_bend_to_unseen_logs_beyond_what_their_own_allow():
     unseen = with_other_logs(fitted, loaded.validate)
     np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)
     assert max(structured_share(unseen, plain.identify).values()) > 0.1
+
+
+def test_what_an_input_does_that_rested_in_the_fits_logs_is_not_missing():
+    """A bow thruster that is used in the unseen log alone: its coefficients are not known, and no effect is lacking."""
+    _, trials = trials_of("tug", ("zigzag", "zigzag10", "zigzag", "random"), 60.0, 5, (), validate=1)
+    prepared = prepare(trials, "modulus")
+    assert idle_inputs(prepared.identify) == ["bow"]
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    assert max(structured_share(on_other_logs(fitted, prepared.validate)).values()) > 0.1
+    unseen = with_other_logs(fitted, prepared.validate)
+    assert unseen.chi2_per_dof < NEAR
+    assert max(structured_share(unseen, prepared.identify).values()) < 0.03
 
 
 def test_orders_that_come_between_samples_leave_nothing_to_explain_ahead_of_short_windows():

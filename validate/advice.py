@@ -6,8 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+import numpy as np
+
 from identify.effects import EFFECTS
 from identify.gusts import GUSTIEST
+from identify.stretch import Stretch
 from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
@@ -65,8 +68,9 @@ def advice_for(
         )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)
-    parts += [_undetermined(c, share) for c, share in undetermined.items()]
-    if verdict is Verdict.ADEQUATE:
+    if undetermined:
+        parts += _undetermined(undetermined, outcome)
+    elif verdict is Verdict.ADEQUATE:
         parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
 
@@ -88,13 +92,23 @@ def names_of(labels: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(label.split(" (")[0] for label in labels))
 
 
-def _undetermined(channel: str, share: float) -> str:
-    """What follows from coefficients that the logs of the fit leave open."""
-    return (
-        f"On the unseen logs {channel} is off by {percent(share)} of its standard deviation, and the coefficients' own "
+def _undetermined(shares: Mapping[str, float], outcome: Outcome) -> list[str]:
+    """What follows from coefficients that the logs of the fit leave open, for the share that each channel is off by."""
+    off = joined([f"{c} by {percent(x)}" for c, x in shares.items()])
+    parts = [
+        f"On the unseen logs predictions are off ({off} of the standard deviation), and the coefficients' own "
         "uncertainty allows that: the logs to identify on do not determine them for such motion. Identify on a "
         "manoeuvre of that kind as well, or declare a model with fewer terms."
-    )
+    ]
+    if idle := idle_inputs(outcome.fitted.problem.stretches):
+        parts.append(f"None of the logs to identify on moves {joined(idle, 'or')}: use it in one of them.")
+    return parts
+
+
+def idle_inputs(stretches: Sequence[Stretch]) -> list[str]:
+    """Names of the inputs that keep one value in all of these logs."""
+    values = {k: np.concatenate([s.inputs[k].value for s in stretches]) for k in stretches[0].inputs}
+    return [k for k, x in values.items() if np.ptp(x) == 0.0]
 
 
 def _gusts(outcome: Outcome) -> list[str]:

@@ -11,12 +11,15 @@ from scipy.stats import chi2
 from identify.base_fit import FAR, Fitted
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
-from identify.output_error import Prior, Solution, information_of, solve
+from identify.output_error import Prior, Solution, information_of, prior_for, solve
 from identify.reduction import Reduced
+from identify.regression import coefficient_scales, start_by_regression
 from identify.report_fit import covariance_of
 from identify.stretch import Stretch
 from identify.taken_order import as_in
 from identify.windows import Problem, cut
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Other logs speak against a fit's parameters where its own lose what chance takes in this share of cases.
 AGAINST = 1e-3
@@ -38,7 +41,8 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     """Other stretches with the parameters free to follow as far as the fit's own logs leave them open.
 
     Parameters that these logs do not determine predict others badly, and yet nothing is missing: the windows of both
-    are fitted together, from where the fit is, and those of the others are returned. Far from the noise the
+    are fitted together, from where the fit is, and those of the others are returned. What an input does that rested in
+    all of the fit's own is for the others alone to say. Far from the noise the
     parameters are held: what is missing there is not a matter of their intervals. So are they where the fit's own
     logs would lose more by it than their intervals allow.
     """
@@ -50,12 +54,25 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     both = replace(own, stretches=(*own.stretches, *other.stretches), windows=(*own.windows, *moved))
     s = fitted.solution
     first = np.vstack([s.first, first_states(other)])
-    found = solve(both, s.structure, s.p, first, fitted.prior, anchor=first_states(both), budget=8)
+    p, prior = _fed(fitted, other.stretches)
+    found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=8)
     if not np.isfinite(found.cost):
         return None
     if _against(fitted, found, n):
         return on_other_logs(fitted, stretches)
     return of_windows(Fitted(other, fitted.prior, found), slice(n, None))
+
+
+def _fed(fitted: Fitted, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:
+    """Where to begin, and what is known, with the coefficients as other stretches give them that no own log feeds."""
+    structure, p, prior = fitted.solution.structure, fitted.solution.p, fitted.prior
+    coefficients = np.array([s.coefficient >= 0 for s in structure.slots])
+    idle = coefficients & (np.diag(fitted.solution.reduced.information.sum(axis=0)) == 0.0)
+    if not idle.any():
+        return p, prior
+    begin = start_by_regression(structure, p, stretches)
+    known = prior_for(structure, coefficient_scales(structure, p, stretches), prior.ridge)
+    return np.where(idle, begin, p), replace(prior, sd=np.where(idle, known.sd, prior.sd))
 
 
 def _against(fitted: Fitted, found: Solution, n: int) -> bool:
