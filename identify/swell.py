@@ -39,8 +39,11 @@ class Sighting:
 
     Attributes
     ----------
-    frequency_stderr : float
-        Standard error of the band's middle, rad/s.
+    frequency, frequency_stderr : float
+        Middle of the band of the accelerations that the waves make, rad/s, and its standard error: of what varies from
+        window to window, or of what varies from log to log where that is more.
+    sharpness : float
+        What varies from window to window of it alone.
     amplitudes, stderrs : mapping of str to float
         Per channel u, v, r: √2 times the root mean square of the acceleration, m/s² or rad/s².
     p_value : float
@@ -52,7 +55,9 @@ class Sighting:
         Coherence (3, 3) of u, v, r in the band, complex.
     """
 
+    frequency: float
     frequency_stderr: float
+    sharpness: float
     amplitudes: Mapping[str, float]
     stderrs: Mapping[str, float]
     p_value: float

@@ -14,9 +14,11 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import Fitted, fit_from_scratch
 from identify.first_states import first_states
 from identify.prepare import prepare
+from validate.error_spectra import spectra_of
 from validate.pace import Pace
 from validate.rounds import rounds
 from validate.swell import with_waves_known, without_waves
+from validate.wave_band import measured
 from validate.waves import as_effect, find_waves
 
 DURATION = 60.0
@@ -83,7 +85,7 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
     waves = find_waves(fitted(vessel, [effect], seed))
     assert waves is not None
     assert waves.seen.p_value < 1e-4
-    assert waves.frequency == pytest.approx(frequency, rel=0.03)
+    assert waves.seen.frequency == pytest.approx(frequency, rel=0.03)
     truth = realised(effect, seed)
     for channel in "uvr":
         assert waves.seen.amplitudes[channel] == pytest.approx(
@@ -96,6 +98,22 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
     assert {p.name: p.unit for p in reported.parameters} == {
         "frequency": "rad/s", "u": "m/s²", "v": "m/s²", "r": "rad/s²",
     }  # fmt: skip
+
+
+def test_a_band_pushes_at_higher_frequencies_than_it_shows_and_logs_count_whole():
+    """A vessel answers slow pushes more; windows of one log have one sea: logs tell how well it is known."""
+    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
+    fit = fitted("usv", (waves,))
+    found, spectra = find_waves(fit), spectra_of(fit)
+    assert 1.0 < found.seen.frequency / found.frequency < 1.05
+    assert set(spectra.log) == {0, 1, 2}
+    place = int(np.argmin(np.abs(spectra.omega - found.frequency)))
+    one, three = (
+        measured(fit, replace(spectra, log=k), place, 0.0).seen for k in (0 * spectra.log, spectra.log)
+    )
+    assert one.frequency_stderr == one.sharpness == three.sharpness <= three.frequency_stderr
+    assert all(one.stderrs[c] <= three.stderrs[c] for c in "uvr")
+    assert sum(three.stderrs.values()) > sum(one.stderrs.values())
 
 
 def test_one_window_cannot_show_waves():

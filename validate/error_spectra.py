@@ -25,6 +25,7 @@ from identify.windows import Problem, Window, moments
 from validate.tables import held_at
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 #: Sine tapers per window.
@@ -44,7 +45,7 @@ class Spectra:
     them, ``done`` (n, f, m) what the vessel did; ``mean_square`` (3,) of the velocities' errors;
     ``order`` (3,) the power of frequency from the density of what the sensors measure to that of the accelerations;
     ``turning`` (n,) how fast the vessel turns over a quarter of the window, at most, rad/s; ``slope`` (3, 3)
-    derivatives of the accelerations u̇, v̇, ṙ by u, v, r, 1/s.
+    derivatives of the accelerations u̇, v̇, ṙ by u, v, r, 1/s; ``log`` (n / tapers,) of each window, by number.
     """
 
     omega: FloatArray
@@ -56,6 +57,7 @@ class Spectra:
     order: FloatArray
     turning: FloatArray
     slope: FloatArray
+    log: IntArray
 
     @property
     def spacing(self) -> float:
@@ -87,7 +89,7 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
     moved = np.ptp(np.abs(done), axis=(0, 1)) > 0
     return Spectra(
         omega, rate, force, errors, done[..., moved], np.mean(error**2, axis=0), _order(structure), turning,
-        slope.mean(axis=0),
+        slope.mean(axis=0), np.array([problem.windows[k].stretch for k in used]),
     )  # fmt: skip
 
 

@@ -17,9 +17,10 @@ from scipy import stats
 
 from identify.base_fit import Fitted
 from identify.fit import Estimated, FittedEffect
-from identify.swell import Sighting, Swell
+from identify.swell import Swell
 from validate.error_spectra import TAPERS, Spectra, spectra_of
 from validate.peaks import AROUND, BAND, Around, around_of, chance_of, core_of
+from validate.wave_band import CHANNELS, by_window, measured, three
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
@@ -34,13 +35,10 @@ WORTH_A_TRY = 1e-2
 SEEN_BEFORE = 2e-3
 #: Standard error of a narrow band's frequency, as a share of it: what is wider is no band.
 SHARP = 0.03
-#: No band is taken to be narrower than this share of its frequency.
-NARROWEST = 0.03
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
-CHANNELS = ("u", "v", "r")
 #: Above this cost per degree of freedom nothing is made of a band.
 TOO_FAR = 1000.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
@@ -51,7 +49,7 @@ def as_effect(swell: Swell) -> FittedEffect:
     seen = swell.seen
     if seen is None:
         return FittedEffect("waves", None, (), {})
-    parameters = [Estimated("", "frequency", swell.frequency, seen.frequency_stderr, "rad/s")]
+    parameters = [Estimated("", "frequency", seen.frequency, seen.frequency_stderr, "rad/s")]
     parameters += [Estimated("", c, a, seen.stderrs[c], _UNITS[c]) for c, a in seen.amplitudes.items()]
     return FittedEffect("waves", None, tuple(parameters), {})
 
@@ -85,7 +83,7 @@ def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> S
     least = least if fitted.problem.swell is None else SEEN_BEFORE
     while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
-        found = _measured(fitted, spectra, place, float(chance[place, channel]))
+        found = measured(fitted, spectra, place, float(chance[place, channel]))
         stands = _stands(spectra, place, channel, tried, least) and not _goes_with(spectra, place, channel)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
@@ -116,9 +114,11 @@ def _driven(swell: Swell, spectra: Spectra) -> Swell:
     by = 1j * swell.frequency * np.eye(3) - spectra.slope
     power = np.diag(by @ (seen.together * np.outer(motion, motion)) @ by.conj().T).real
     now = {c: float(np.sqrt(2.0 * max(power[CHANNELS.index(c)], 0.0))) for c in seen.amplitudes}
-    stderrs = {c: x * min(now[c] / max(seen.amplitudes[c], 1e-12), 1.0) for c, x in seen.stderrs.items()}
+    # what was not seen at all is known no better for being nothing now
+    less = {c: min(now[c] / x, 1.0) if x > 0.0 else 1.0 for c, x in seen.amplitudes.items()}
+    stderrs = {c: x * less[c] for c, x in seen.stderrs.items()}
     seen = replace(seen, amplitudes=now, stderrs=stderrs)
-    return replace(swell, damping=_three(-np.diag(spectra.slope) * (motion > 0.0)), seen=seen)
+    return replace(swell, damping=three(-np.diag(spectra.slope) * (motion > 0.0)), seen=seen)
 
 
 def _seen_again(fitted: Fitted, spectra: Spectra, known: Swell) -> Swell | None:
@@ -127,7 +127,7 @@ def _seen_again(fitted: Fitted, spectra: Spectra, known: Swell) -> Swell | None:
     chance[np.abs(spectra.omega - known.frequency) > BAND * known.frequency] = 1.0
     place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
     least = float(chance[place, channel])
-    return _measured(fitted, spectra, place, least) if least < SEEN_BEFORE else None
+    return measured(fitted, spectra, place, least) if least < SEEN_BEFORE else None
 
 
 def _doubt(swell: Swell) -> float:
@@ -167,7 +167,7 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float
     around = around_of(spectra, rows.mean(axis=0))
     beside = np.abs(np.log(spectra.omega / spectra.omega[place])) < np.log(AROUND)
     beside &= ~core_of(spectra, spectra.omega[place])
-    loud = _by_window(rows[:, beside] / around.across(place)[beside]).mean(axis=1)
+    loud = by_window(rows[:, beside] / around.across(place)[beside]).mean(axis=1)
     n = TAPERS * np.sum(loud) ** 2 / np.sum(loud**2)
     ratio = rows[:, place].mean() / around.level[place]
     p = stats.f.sf(ratio, 2.0 * n, around.freedom[place] * n / len(rows))
@@ -178,7 +178,7 @@ def _material(found: Swell, spectra: Spectra, around: Around, place: int, channe
     """Whether the band is narrow, and the waves stand above the noise of an average over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
     seen = found.seen
-    sharp = seen is not None and seen.frequency_stderr < SHARP * found.frequency
+    sharp = seen is not None and seen.sharpness < SHARP * found.frequency
     return bool(sharp and seen and 0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
@@ -201,92 +201,3 @@ def _has_line(spectra: Spectra, place: int) -> bool:
         if np.nanmin(chance_of(spectra, power, around_of(spectra, power))[near], initial=1.0) < COHERENT:
             return True
     return False
-
-
-def _measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Swell:
-    """Frequency, amplitudes and shares of a peak: what its band holds above the spectrum around it."""
-    core = core_of(spectra, spectra.omega[place])
-    around = [around_of(spectra, p) for p in np.mean(np.abs(spectra.force) ** 2, axis=0).T]
-    level = np.column_stack([a.across(place) for a in around])
-    # as the sensors show it: there the tapers widen the peak to both sides alike
-    shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order
-    excess = (_by_window(np.abs(spectra.force) ** 2) - level) * shown_as
-    centre, spread = _centroid(spectra, excess[:, core] @ (1.0 / level[place]), core)
-    doubt = _within(spectra, level * shown_as, core) * np.sqrt(
-        2.0 / np.array([a.freedom[place] for a in around])
-    )
-    amplitude, stderr = _amplitudes(_within(spectra, excess, core), doubt)
-    share = _shares(spectra, place, core)
-    motion, width = _motion(spectra, place, core, centre)
-    names = [(c, k) for k, c in enumerate(CHANNELS) if c in fitted.solution.structure.model.predicts]
-    seen = Sighting(
-        spread, {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names}, p_value,
-        {c: float(share[k]) for c, k in names}, _together(spectra, core),
-    )  # fmt: skip
-    predicted = np.isin(np.arange(3), [k for _, k in names])
-    return Swell(
-        centre, width, _three(motion * predicted), fitted.solution.structure.vessel.antenna,
-        damping=_three(-np.diag(spectra.slope) * predicted), seen=seen,
-    )  # fmt: skip
-
-
-def _three(values: FloatArray) -> tuple[float, float, float]:
-    u, v, r = (float(x) for x in values)
-    return u, v, r
-
-
-def _together(spectra: Spectra, core: BoolArray) -> ComplexArray:
-    """Coherence (3, 3) of the velocities in a peak's band."""
-    velocity = (spectra.rate / spectra.omega[:, None])[:, core].reshape(-1, 3)
-    cross = velocity.T @ velocity.conj()
-    size = np.sqrt(np.maximum(np.diag(cross).real, 1e-300))
-    return np.asarray(cross / np.outer(size, size), dtype=complex)
-
-
-def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tuple[FloatArray, float]:
-    """Root mean square (3,) of the velocities in a peak's band, and the band's standard deviation, rad/s."""
-    power = np.mean(np.abs(spectra.rate) ** 2, axis=0) / spectra.omega[:, None] ** 2
-    level = np.column_stack([around_of(spectra, p).across(place) for p in power.T])
-    excess = power - np.nan_to_num(level)
-    weight = np.maximum(excess[core] @ (1.0 / np.maximum(level[place], 1e-300)), 0.0)
-    wide = float(weight @ (spectra.omega[core] - centre) ** 2 / max(weight.sum(), 1e-300))
-    narrow = wide - 2.0 * spectra.spacing**2  # what the tapers widen a line by
-    spread = math.sqrt(max(narrow, (NARROWEST * centre) ** 2))
-    return np.sqrt(np.maximum(_within(spectra, excess, core), 0.0)), spread
-
-
-def _by_window(power: FloatArray) -> FloatArray:
-    """Mean over the tapers of each window (windows, …)."""
-    return np.asarray(power.reshape(-1, TAPERS, *power.shape[1:]).mean(axis=1), dtype=float)
-
-
-def _within(spectra: Spectra, excess: FloatArray, core: BoolArray) -> FloatArray:
-    """Variance (…, 3) in a band of densities (…, f, 3)."""
-    return np.asarray(excess[..., core, :].sum(axis=-2) * spectra.spacing / np.pi, dtype=float)
-
-
-def _amplitudes(variance: FloatArray, doubt: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Amplitudes (3,) and standard errors from the variance in each window (w, 3), less what is doubtful."""
-    square = 2.0 * variance.mean(axis=0)
-    spread = 2.0 * np.hypot(variance.std(axis=0, ddof=1) / np.sqrt(len(variance)), doubt)
-    amplitude = np.sqrt(np.maximum(square, 0.0))
-    return amplitude, np.minimum(spread / np.maximum(2.0 * amplitude, 1e-300), np.sqrt(spread))
-
-
-def _centroid(spectra: Spectra, excess: FloatArray, core: BoolArray) -> tuple[float, float]:
-    """Middle of what each window (w, c) has above its surroundings, with the jack-knife's standard error."""
-
-    def middle(mean: FloatArray) -> float:
-        weight = np.maximum(mean, 0.0)
-        return float(weight @ spectra.omega[core] / max(weight.sum(), 1e-300))
-
-    each = [middle(np.delete(excess, k, axis=0).mean(axis=0)) for k in range(len(excess))]
-    return middle(excess.mean(axis=0)), float(np.sqrt((len(each) - 1) * np.var(each)))
-
-
-def _shares(spectra: Spectra, place: int, core: BoolArray) -> FloatArray:
-    """Part (3,) of the mean squared error of the velocities that the peak holds."""
-    power = np.mean(np.abs(spectra.errors) ** 2, axis=0)
-    level = np.column_stack([around_of(spectra, p).across(place) for p in power.T])
-    share = _within(spectra, power - np.nan_to_num(level), core) / np.maximum(spectra.mean_square, 1e-300)
-    return np.clip(share, 0.0, 1.0)
