@@ -131,7 +131,8 @@ class Effect:
     parameters : tuple of Parameter
         Non-linear parameters, searched.
     terms : callable
-        ``terms(setting, variant) -> {parameter name: Term}``: regressors that it adds, solved for.
+        ``terms(setting, variant) -> {parameter name: Term}``: regressors that it adds, solved for; those of an effect
+        on loading are in ``options["logs"]`` alone.
     fixed_terms : callable
         ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
     actuator : callable

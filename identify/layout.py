@@ -20,15 +20,16 @@ class Layout:
     """Places of a structure's parameters and coefficients.
 
     ``named`` are, per active effect, its parameters' names and places. ``plain`` (ns,) is the coefficient that each
-    simple parameter is; ``given`` (c,) coefficients that the model itself gives (0 elsewhere), ``fixed`` per active
-    effect the first of those that follow from its parameters; ``by_equation`` of u, v, r the places of the simple
-    parameters in it, and of their coefficients. ``vessel``, ``inertial``, ``hull`` (c,): terms in the
-    vessel's own equations, and of these those of its mass, and of its hull.
+    simple parameter is; ``given`` (c,) coefficients that the model itself gives (0 elsewhere); per active effect
+    ``free`` those of its own that are free, ``fixed`` the first of those that follow from its parameters;
+    ``by_equation`` of u, v, r the places of the simple parameters in it, and of their coefficients. ``vessel``,
+    ``inertial``, ``hull`` (c,): terms in the vessel's own equations, and of these those of its mass, and of its hull.
     """
 
     named: tuple[tuple[tuple[str, int], ...], ...]
     plain: IntArray
     given: FloatArray
+    free: tuple[slice, ...]
     fixed: tuple[int, ...]
     by_equation: tuple[tuple[IntArray, IntArray], ...]
     vessel: BoolArray
@@ -41,10 +42,11 @@ def layout_of(structure: Structure) -> Layout:
     terms, slots, effects = structure.table.terms, structure.slots, range(len(structure.actives))
     named = tuple(tuple((s.name, k) for k, s in enumerate(slots) if s.effect == e) for e in effects)
     own = len(structure.setting.terms)
-    given, fixed = np.zeros(len(terms)), []
+    given, own_terms, fixed = np.zeros(len(terms)), [], []
     k = own + len(structure.model.fixed)
     given[own:k] = [value for *_, value in structure.model.fixed]
     for active, free in zip(structure.actives, structure.free_terms, strict=True):
+        own_terms.append(slice(k, k + len(free)))
         fixed.append(k + len(free))
         k = fixed[-1] + (len(active.effect.fixed_terms(active.nulls)) if active.effect.fixed_terms else 0)
     vessel = np.array([t.dof not in ("e1", "e2") for t in terms], dtype=bool)
@@ -56,6 +58,7 @@ def layout_of(structure: Structure) -> Layout:
         named,
         plain,
         given,
+        tuple(own_terms),
         tuple(fixed),
         by_equation,
         vessel,

@@ -71,7 +71,7 @@ def regressors(
 ) -> FloatArray:
     """Regressor (n, terms) of every term at the middle of each step of a stretch; its inputs as ``seen`` has them.
 
-    The motion is the one behind what the sensors show.
+    What a log's load makes of a coefficient is in its regressor. The motion is the one behind what the sensors show.
     """
     d = drive(structure, p, stretch)
     acting = d.channels if seen is None else seen(d.channels)
@@ -90,7 +90,7 @@ def regressors_along(
     out = np.empty((len(middle_water), len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):
         out[:, k] = reduce(np.multiply, [values[f] for f in factors_of(term.text)])
-    return out
+    return out * d.factor
 
 
 def accelerations(stretch: Stretch, window: int = 5, states: FloatArray | None = None) -> FloatArray:

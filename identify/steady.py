@@ -121,8 +121,11 @@ def _loading(structure: Structure, values: Values, log: str) -> FloatArray:
     """Factor on each coefficient in this log, from effects on loading and depth."""
     layout = structure.layout
     factor = np.ones(len(layout.given))
-    for active, v in zip(structure.actives, values, strict=True):
-        if active.effect.loading is None or not _loads(active, log):
+    for active, v, own in zip(structure.actives, values, layout.free, strict=True):
+        if active.effect.loading is None:
+            continue
+        if not _loads(active, log):
+            factor[own] = 0.0
             continue
         by = active.effect.loading(v, active.variant.options)
         factor[layout.inertial] *= by.inertial

@@ -101,4 +101,23 @@ def test_shallow_water_has_coriolis_terms_grow_where_the_measurements_say_so():
     assert {f for f, role in zip(factors[0], roles, strict=True) if role == "hull"} == {1.5}
     assert {f for f, role in zip(factors[0], roles, strict=True) if role == "inertial"} == {1.0}
     assert {f for f, role in zip(factors[1], roles, strict=True) if role in ("hull", "inertial")} == {1.5}
-    assert SHALLOW_WATER.forms(grow.variant) == [stay.variant]
+    others = [v.options.get("form") for v in SHALLOW_WATER.forms(grow.variant)]
+    assert others == [None, "coupled"]
+
+
+def test_where_sway_and_yaw_share_inertia_a_part_of_what_turning_does_grows():
+    """A hull whose forces grow by a quarter: by one factor for all else it would seem to be more."""
+    effect = Effect("shallow_water", {"factor": 1.25}, options={"logs": (1,)})
+    _, trials = trials_of("cybership", MANOEUVRES, 120.0, 4, (effect,), validate=0)
+    prepared = prepare(trials, "cybership2")
+    log = prepared.structure.setting.logs[1]
+    structure = prepared.structure.with_effect(Active(SHALLOW_WATER, Variant(options={"logs": (log,)})))
+    plain = fit_from_scratch(structure, prepared.identify, null_parameters(structure))
+    found = in_likeliest_form(plain)
+    there = found.solution.structure
+    assert there.actives[0].variant.options["form"] == "coupled"
+    one, other = (f.solution.structure.values(f.solution.p, 0)["factor"] for f in (plain, found))
+    assert abs(other - 1.25) < 0.5 * abs(one - 1.25)
+    own = [k for k, t in enumerate(there.table.terms) if k >= len(there.setting.terms) and t.text == "ur"]
+    factors = [drive(there, found.solution.p, s).factor[own] for s in prepared.identify]
+    assert [set(f) for f in factors] == [{0.0}, {1.0}, {0.0}, {0.0}]

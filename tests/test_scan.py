@@ -13,9 +13,10 @@ from identify.effect import Active, Variant
 from identify.effects import EFFECTS, WIND
 from identify.predict import shown
 from identify.prepare import prepare
+from identify.regression import start_by_regression
 from identify.structure import null_parameters
 from tests.identification_samples import trials_of
-from validate.scan import best_value
+from validate.scan import WORTH, best_value, gain_and_value
 
 LIBRARY = {e.name: e for e in EFFECTS if e is not WIND}  # here nothing logs the wind
 BIAS, SCALE = 0.03, 0.8
@@ -69,3 +70,38 @@ def test_where_air_and_water_go_is_seen_in_the_accelerations(name, size):
     p = best_value(structure, stretches, null_parameters(structure))
     north, east = (p[[s.name for s in structure.slots].index(n)] for n in ("north", "east"))
     assert np.arctan2(east, north) == pytest.approx(going, abs=0.4)
+
+
+@pytest.mark.parametrize("name, of, value", [("shallow_water", "factor", 1.7), ("mass_change", "ratio", 0.6)])
+def test_a_large_load_is_seen_in_the_log_that_it_is_in(name, of, value):
+    """The first order tells little of it: every coefficient has bent to follow that log."""
+    there = [Effect(name, {of: value}, options={"logs": (1,)})]
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 9, there, validate=0)
+    prepared = prepare(trials, "modulus")
+    seen = {}
+    for log in prepared.structure.setting.logs:
+        structure = prepared.structure.with_effect(Active(LIBRARY[name], Variant(options={"logs": (log,)})))
+        seen[log] = gain_and_value(structure, prepared.identify, null_parameters(structure))
+    loaded = prepared.structure.setting.logs[1]
+    assert max(seen, key=lambda log: seen[log][0]) == loaded
+    assert seen[loaded][0] > WORTH
+    assert seen[loaded][1][[s.name for s in structure.slots].index(of)] == pytest.approx(value, rel=0.15)
+
+
+def test_a_regression_knows_of_a_load():
+    there = [Effect("mass_change", {"ratio": 1.8}, options={"logs": (1,)})]
+    runs = [
+        prepare(trials_of("usv", ("zigzag", "random"), 60.0, 9, effects, validate=0)[1], "modulus")
+        for effects in ((), there)
+    ]
+    light, heavy = runs
+    log = heavy.structure.setting.logs[1]
+    structure = heavy.structure.with_effect(Active(LIBRARY["mass_change"], Variant(options={"logs": (log,)})))
+    p = null_parameters(structure)
+    p[[s.name for s in structure.slots].index("ratio")] = 1.8
+    found = start_by_regression(structure, p, heavy.identify)[: len(light.structure.setting.terms)]
+    true = start_by_regression(light.structure, null_parameters(light.structure), light.identify)
+    unaware = start_by_regression(heavy.structure, null_parameters(heavy.structure), heavy.identify)
+    some = np.flatnonzero(true[: len(found)])
+    off, without = (np.median(np.abs(x[some] / true[some] - 1.0)) for x in (found, unaware))
+    assert off < 0.5 * without

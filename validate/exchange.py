@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch
+from identify.effect import Variant
 from identify.noise import dispersed_cost
 from identify.regression import start_by_regression
+from validate.candidates import prior_of
 from validate.judgement import INDISTINCT, effects_alone
 from validate.look_alikes import Standing
 from validate.refits import begun_at, under
@@ -38,16 +40,28 @@ def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
 
 
 def in_likeliest_form(fitted: Fitted) -> Fitted:
-    """The fit with the last effect in that of its forms which the measurements clearly prefer."""
-    s = fitted.solution
-    *others, last = s.structure.actives
-    best = fitted
+    """The fit with the last effect in that of its forms which the measurements clearly prefer.
+
+    One that leaves more open is preferred where it is likelier at all (Akaike 1974): it only assumes less.
+    """
+    last, best = fitted.solution.structure.actives[-1], fitted
     for variant in last.effect.forms(last.variant) if last.effect.forms else ():
-        structure = replace(s.structure, actives=(*others, replace(last, variant=variant)))
-        found = under(fitted.problem, replace(fitted, solution=replace(s, structure=structure)), 20)
-        if found.solution.total < best.solution.total - INDISTINCT:
+        found = under(fitted.problem, _read_as(fitted, variant), 20)
+        more = len(found.solution.p) - len(best.solution.p)
+        if found.solution.total < best.solution.total - (2.0 * more or INDISTINCT):
             best = found
     return best
+
+
+def _read_as(fitted: Fitted, variant: Variant) -> Fitted:
+    """The same values with the last effect in another form; what that has besides begins at nothing."""
+    s = fitted.solution
+    *others, last = s.structure.actives
+    structure = replace(s.structure, actives=(*others, replace(last, variant=variant)))
+    values = {(slot.effect, slot.name): v for slot, v in zip(s.structure.slots, s.p, strict=True)}
+    p = np.array([values.get((slot.effect, slot.name), slot.parameter.null) for slot in structure.slots])
+    there = replace(fitted, solution=replace(s, structure=structure, p=p))
+    return there if len(p) == len(s.p) else replace(there, prior=prior_of(structure, p, fitted))
 
 
 def at_likeliest_size(fitted: Fitted) -> Fitted:

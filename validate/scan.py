@@ -28,6 +28,8 @@ FAR_BEYOND = 30.0
 #: a component's typical size where nothing is.
 DIRECTIONS = 12
 USUAL, UNUSUAL = np.array([0.4, 0.8, 1.6]), np.array([1.0, 2.0, 4.0, 8.0])
+#: A load is looked at from so much more to so much more, in so many steps; and as much less.
+LOADS = np.geomspace(1.1, 3.0, 8)
 #: Accelerations are slopes over so many steps either way where the coefficients are found, and where a misfit is
 #: measured over this time, s.
 FINE, SLOPE = 5, 1.0
@@ -102,6 +104,9 @@ def _range_of(active: Active, parameter: Parameter) -> FloatArray:
     """Values to look at; none where an effect has no place between the motion and a log."""
     if active.effect.sensor and parameter.null == 0.0:
         return _both_ways(np.geomspace(parameter.scale / BEYOND, parameter.scale * FAR_BEYOND, STEPS))
+    if active.effect.loading:
+        loads = parameter.null * np.append(1.0 / LOADS, LOADS)
+        return loads[(loads > parameter.bounds[0]) & (loads < parameter.bounds[1])]
     if not between_log_and_hull(active):
         return np.zeros(0)
     starts = parameter.starts

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant, whole
+from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant
 from identify.term import Term
 
 
@@ -91,14 +91,30 @@ def _heavier_water(values: Values, options: Mapping[str, object]) -> Loading:
     return Loading(inertial=factor if options.get("form") == "whole" else 1.0, hull=factor)
 
 
+def _turning_there(_: Setting, variant: Variant) -> dict[str, Term]:
+    """In the coupled form, what turning with headway does besides in the logs named."""
+    if variant.options.get("form") != "coupled":
+        return {}
+    return {"sway_ur": Term("v", "ur", "inertial"), "yaw_ur": Term("r", "ur", "inertial")}
+
+
+def _growing(variant: Variant) -> list[Variant]:
+    """Other readings of what grows beside the hull's own forces: nothing, all Coriolis terms, what the data say."""
+    rest = {k: v for k, v in variant.options.items() if k != "form"}
+    forms = [replace(variant, options=rest | ({"form": f} if f else {})) for f in ("", "whole", "coupled")]
+    return [v for v in forms if v.options != variant.options]
+
+
 SHALLOW_WATER = Effect(
     "shallow_water", "water",
-    "every coefficient of the hull × factor in the logs named, less Coriolis terms or (form whole) with them",
+    "every coefficient of the hull × factor in the logs named, less Coriolis terms or (form whole) with them, or (form "
+    "coupled) with v̇ += Y_ur ur, ṙ += N_ur ur there: where sway and yaw share inertia, a part of these grows",
     "In shallow water the hull's resistance and damping grow.",
     "Log the depth; a depth below three draughts matters, below 1.5 draughts it dominates.",
     "Fossen 2011, sec. 6.4; ITTC 7.5-02-06-04",
     parameters=(Parameter("factor", "1", 0.1, (1.0, 10.0), null=1.0),),
     loading=_heavier_water,
-    forms=whole,
+    terms=_turning_there,
+    forms=_growing,
     variants=_shallow,
 )  # fmt: skip

@@ -193,7 +193,7 @@ def wiring_words(effect: FittedEffect) -> str:
 
 
 #: Forms of effects that their names do not tell.
-_FORMS = {"whole": ", Coriolis terms too,"}
+_FORMS = {"whole": ", Coriolis terms too,", "coupled": ", Coriolis terms in part,"}
 
 
 def option_words(effect: FittedEffect) -> str:
