@@ -1,7 +1,7 @@
 """``python -m benchmarks.bench_intervals``: whether the intervals of effects' parameters hold, what is missing known.
 
 Cases are drawn as the blind ones are, written in their formats and read again; the declared model with the true effects
-in it is fitted from the effects' true values, and goes on as in the program. Backlash is left out: where in its slack a
+in it is fitted from the effects' true values, and goes on as in the program, the last effect in its likeliest form. Backlash is left out: where in its slack a
 linkage begins, the program finds by a search of its own.
 """
 
@@ -29,6 +29,7 @@ from identify.report_fit import make_fit
 from identify.structure import Structure, null_parameters
 from identify.whole_windows import over_whole_logs
 from ingest.errors import SeatrialError
+from validate.exchange import in_likeliest_form
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: True values by number of the effect and name.
@@ -58,7 +59,8 @@ def case_of(seed: int, kind: str) -> list[Found] | None:
     if known is None:
         return None
     structure, values = known
-    plain = over_whole_logs(fit_from_scratch(structure, prepared.identify, _begun(structure, values)))
+    begun = fit_from_scratch(structure, prepared.identify, _begun(structure, values))
+    plain = over_whole_logs(in_likeliest_form(begun))
     return _found(values, _made(prepared, plain), _made(prepared, with_disturbances(plain)))
 
 
