@@ -9,10 +9,11 @@ from identification_samples import trials_of
 
 import validate.loop
 from fixtures.effects import Effect
-from identify.base_fit import fit_from_scratch
+from identify.base_fit import NEAR, fit_from_scratch
 from identify.prepare import prepare
 from validate.candidates import wirings
-from validate.loop import _clearly_nearer, search
+from validate.loop import OFF, Outcome, _clearly_nearer, _otherwise_wired, search
+from validate.pace import Pace
 from validate.wiring import Wiring, better_wiring
 
 
@@ -60,3 +61,27 @@ def test_a_reversed_propeller_is_found(seed):
     wiring = _preferred(seed, Effect("input_wiring", {}, None, {"reversed": ("propeller",)}))
     assert wiring is not None
     assert wiring.active.label == "input_wiring (reversed propeller)"
+
+
+def _looked_at_again(*effects):
+    """The search's end with the inputs as declared, and what another wiring makes of it."""
+    _, trials = trials_of("tug", ("zigzag", "random"), 60.0, 4, effects=effects, validate=0)
+    prepared = prepare(trials, "modulus")
+    found = Outcome(fit_from_scratch(prepared.structure, prepared.identify), (), (), None)
+    return found, _otherwise_wired(prepared, found, Pace())
+
+
+def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried():
+    found, other = _looked_at_again(Effect("input_wiring", {}, None, {"swapped": ("n_port", "n_starboard")}))
+    assert found.fitted.chi2_per_dof > OFF
+    assert other.wiring.active.variant.options["swapped"] == ("n_port", "n_starboard")
+    assert other.fitted.chi2_per_dof < NEAR
+    assert "input_wiring (swapped azimuth_port and azimuth_starboard)" not in other.wiring.look_alikes
+
+
+def test_no_wiring_is_tried_for_what_none_would_mend():
+    found, other = _looked_at_again(
+        Effect("thruster_cutouts", {"depth": 0.6, "every": 15.0, "lasting": 5.0}, "n_port")
+    )
+    assert found.fitted.chi2_per_dof > OFF
+    assert other is found

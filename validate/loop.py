@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from identify.base_fit import (
+    CLEARLY,
     FAR,
     LONG,
     NEAR,
     Fitted,
     fit_from_scratch,
     fit_states,
+    tried,
     window_length,
 )
 from identify.drive import drive
@@ -33,7 +36,7 @@ from validate.refits import step_tolerance, under
 from validate.rounds import Turn, astray, rounds, settled
 from validate.scan import best_value
 from validate.score_scatter import scatter
-from validate.wiring import Wiring, better_wiring
+from validate.wiring import Wiring, better_wiring, perhaps_wired
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -41,6 +44,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 HOPELESSLY_FAR = 20.0
 #: A wiring that the accelerations prefer goes where the declared one leaves less than this share of the errors.
 HALF = 0.5
+#: So many wirings that are not clearly better are fitted where a search with the declared one stays ...
+PERHAPS = 2
+#: ... above this cost per degree of freedom, off the noise.
+OFF = 2.0
 #: So many times an effect that was taken may be exchanged for a rival.
 EXCHANGES = 3
 #: An effect whose loss would cost less than this may make up for another's wrong value.
@@ -71,12 +78,14 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     ``declared`` is the declared model's windowed output error fit, where there is one: near the noise the search goes
     on from there; else it begins with short windows, in which a model that lacks much cannot run away. What the
     accelerations say of the wiring is believed where the search with it comes near the noise; else the inputs as they
-    were declared are searched with too: an antenna that is far off, or a current, can make a wiring look wrong.
+    were declared are searched with too: an antenna that is far off, or a current, can make a wiring look wrong. Where
+    they say nothing clearly and the search stays off the noise, what they would rather have is tried.
     """
     pace = pace or Pace()
     wiring = _wiring(prepared, declared)
     if wiring is None:
-        return _searched(prepared, declared, None, pace)
+        found = _searched(prepared, declared, None, pace)
+        return found if found.fitted.chi2_per_dof < OFF else _otherwise_wired(prepared, found, pace)
     pace(f"taken: {wiring.active.label}")
     found = _searched(prepared, declared, wiring, pace)
     if found.fitted.chi2_per_dof < FAR:
@@ -84,6 +93,29 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     pace("the inputs as they were declared")
     other = _searched(prepared, declared, None, pace)
     return other if _clearly_nearer(other.fitted, found.fitted) else found
+
+
+def _otherwise_wired(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome:
+    """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
+    structure, stretches = prepared.structure, prepared.identify
+    length = window_length(structure.vessel.length) * ROUGH / LONG
+    perhaps = perhaps_wired(structure, stretches)[:PERHAPS]
+    ways = [
+        partial(fit_from_scratch, s, stretches, length=length)
+        for s in (structure, *(structure.with_effect(w.active) for w in perhaps))
+    ]
+    fits = [tried(way) for way in ways] if perhaps else [None]
+    chi2 = [np.inf if f is None else f.chi2_per_dof for f in fits]
+    best = int(np.argmin(chi2))
+    if best == 0 or not chi2[best] < min(FAR, HALF * chi2[0]):
+        return found
+    away = {w.active.label for w, x in zip(perhaps, chi2[1:], strict=True) if CLEARLY * x > chi2[best]}
+    wiring = perhaps[best - 1]
+    wiring = replace(wiring, look_alikes=tuple(a for a in wiring.look_alikes if a not in away))
+    pace(f"taken: {wiring.active.label}")
+    other = _searched(prepared, None, wiring, pace)
+    near = other.fitted.chi2_per_dof < FAR and _clearly_nearer(other.fitted, found.fitted)
+    return other if near else found
 
 
 def _clearly_nearer(one: Fitted, other: Fitted) -> bool:

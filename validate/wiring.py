@@ -137,30 +137,43 @@ def _averaged(structure: Structure, stretch: Stretch) -> tuple[FloatArray, Float
 
 def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring | None:
     """The wiring that the accelerations prefer to the declared one, where they clearly do."""
+    best = min(_compared(structure, stretches), key=lambda x: float(x[1].sum()), default=None)
+    if best is None or best[0].p_value > FALSE_ALARM:
+        return None
+    return best[0] if _stands(structure, stretches, best[0].active, STANDS) else None
+
+
+def perhaps_wired(structure: Structure, stretches: Sequence[Stretch]) -> list[Wiring]:
+    """Wirings that the accelerations prefer, if not clearly, best first: where no fit comes near they are worth one."""
+    found = sorted((w for w, _ in _compared(structure, stretches)), key=lambda w: -w.z)
+    return [w for w in found if w.z > 0.0 and _stands(structure, stretches, w.active, 0.0)]
+
+
+def _compared(structure: Structure, stretches: Sequence[Stretch]) -> list[tuple[Wiring, FloatArray]]:
+    """Every wiring with what speaks for it, and its squared errors by block."""
     actives = wirings(structure)
     if not actives or "u" not in structure.model.predicts:
-        return None
+        return []
     declared = misfit_by_block(structure, stretches)
-    errors = {a.label: misfit_by_block(structure.with_effect(a), stretches) for a in actives}
-    best = min(actives, key=lambda a: float(errors[a.label].sum()))
-    z = _z(declared, errors[best.label])
-    p_value = min(1.0, len(actives) * float(stats.norm.sf(z)))
-    if p_value > FALSE_ALARM:
-        return None
-    with_best = structure.with_effect(best)
-    if _z(*(misfit_by_block(x, stretches, shared=True) for x in (structure, with_best))) < STANDS:
-        return None
-    if not _drives(structure, with_best, stretches):
-        return None
-    rivals = [
-        a
-        for a in actives
-        if a is not best
-        and errors[a.label].sum() < declared.sum()
-        and _z(errors[a.label], errors[best.label]) < CLEARLY_BETTER
-    ]
-    tried = tuple((a, _z(declared, errors[a.label])) for a in actives)
-    return Wiring(best, z, p_value, tuple(a.label for a in rivals), tried)
+    errors = [(a, misfit_by_block(structure.with_effect(a), stretches)) for a in actives]
+    tried = tuple((a, _z(declared, e)) for a, e in errors)
+    found = []
+    for (active, mine), (_, z) in zip(errors, tried, strict=True):
+        alike = [
+            a.label
+            for a, e in errors
+            if a is not active and e.sum() < declared.sum() and _z(e, mine) < CLEARLY_BETTER
+        ]
+        p_value = min(1.0, len(actives) * float(stats.norm.sf(z)))
+        found.append((Wiring(active, z, p_value, tuple(alike), tried), mine))
+    return found
+
+
+def _stands(structure: Structure, stretches: Sequence[Stretch], active: Active, least: float) -> bool:
+    """Whether a wiring is better with the same coefficients in all logs too, and drives the vessel where it goes."""
+    wired = structure.with_effect(active)
+    shared = (misfit_by_block(x, stretches, shared=True) for x in (structure, wired))
+    return _z(*shared) >= least and _drives(structure, wired, stretches)
 
 
 def _drives(declared: Structure, wired: Structure, stretches: Sequence[Stretch]) -> bool:
