@@ -17,6 +17,7 @@ from identify.output_error import solve
 from identify.structure import Structure
 from preprocess.cores import side_by_side
 from validate.candidates import Screened
+from validate.hidden_share import accounted_for
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import begun_at, converges, raced, step_tolerance, target_gap, under
@@ -108,7 +109,8 @@ def judge(
     near = [
         (s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)
     ]
-    judged = [_judged(base_there, s, under(weights, f), tried) for s, f in near]
+    known = accounted_for(base, base_there)
+    judged = [_judged(base_there, s, under(weights, f), tried, known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
 
 
@@ -165,8 +167,9 @@ def better_base(base: Fitted, candidate: Fitted) -> Fitted:
     return replace(base, solution=found) if found.total < base.solution.total else base
 
 
-def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int) -> Judged:
-    gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution)
+def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int, known: float = 0.0) -> Judged:
+    """What speaks for a refit, less what is ``known`` to account for as much without it."""
+    gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution) - known
     k, by_chance = added_parameters(base, fit), scatter(fit, len(fit.solution.structure.actives) - 1)
     evidence = gain / by_chance.ratio - least_gain(k, tried, by_chance.degrees)
     return Judged(screened, fit, gain, k, significance(gain, k, tried, by_chance), evidence)

@@ -12,7 +12,7 @@ from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
 from validate.exchange import at_likeliest_size, at_likeliest_speed, in_likeliest_form
-from validate.judgement import Judged, at_bound, effects_alone, judge, worthwhile
+from validate.judgement import Judged, at_bound, consistent, effects_alone, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
 from validate.scan import WORTH, gain_and_value
@@ -33,6 +33,8 @@ LOOKS_AGAIN = 2
 #: So many of the nearest are looked at as one of two that are missing, those that leave no more than this share of the
 #: squared errors.
 FIRST_OF_PAIRS, PROMISING = 2, 0.8
+#: Near the noise the surest is looked at as one of two, if chance gives its gain in fewer than this share of campaigns.
+SURELY = 1e-4
 
 
 @dataclass(frozen=True)
@@ -97,8 +99,10 @@ def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
 
     Where two effects are missing, each refit alone bends everything to make up for the other.
     """
-    if turn.base.chi2_per_dof < FAR or len(turn.base.solution.structure.actives) + 2 > MOST_EFFECTS:
+    if len(turn.base.solution.structure.actives) + 2 > MOST_EFFECTS:
         return [turn]
+    if turn.base.chi2_per_dof < FAR:
+        return _only_together(turn, pace)
     nearest = sorted(turn.judged, key=lambda j: j.fitted.chi2_per_dof)[:FIRST_OF_PAIRS]
     for one in nearest:
         if at_bound(one.fitted) or one.fitted.chi2_per_dof > PROMISING * turn.base.chi2_per_dof:
@@ -110,6 +114,23 @@ def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
             second = min(near, key=lambda j: j.fitted.chi2_per_dof)
             return [replace(turn, taken=one), replace(other, taken=second)]
     return [turn]
+
+
+def _only_together(turn: Turn, pace: Pace) -> list[Turn]:
+    """Near the noise, two rounds that are worth naming together where the first is sure and yet not; else the one.
+
+    A compass that is off, and late besides: each alone is measured beyond doubt, and predicts no better.
+    """
+    sure = [
+        j for j in turn.judged if j.p_value < SURELY and j.evidence > 0 and consistent(turn.base, j.fitted)
+    ]
+    if not sure or at_bound(sure[0].fitted):
+        return [turn]
+    pace(f"with {sure[0].label}, another")
+    other = _turn(settled(sure[0].fitted), pace)
+    if other.taken is None or not worthwhile(turn.base, under(turn.base.problem, other.taken.fitted)):
+        return [turn]
+    return [replace(turn, taken=sure[0]), other]
 
 
 def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
