@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import astuple, replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
 
-from identify.base_fit import FAR, Fitted
+from identify.base_fit import FAR, Fitted, fit_from_scratch, tried
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.output_error import Prior, Solution, information_of, prior_for, solve
 from identify.reduction import Reduced
 from identify.regression import coefficient_scales, start_by_regression
 from identify.report_fit import covariance_of
+from identify.settled import settled
 from identify.stretch import Stretch
 from identify.taken_order import as_in
 from identify.windows import Problem, cut
@@ -56,11 +58,30 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     first = np.vstack([s.first, first_states(other)])
     p, prior = _fed(fitted, other.stretches)
     found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=8)
+    if not _follows(other, found, n):
+        found = min(found, _begun_with_both(fitted, both, prior), key=lambda x: x.total)
     if not np.isfinite(found.cost):
         return None
     if _against(fitted, found, n):
         return on_other_logs(fitted, stretches)
     return of_windows(Fitted(other, fitted.prior, found), slice(n, None))
+
+
+def _follows(other: Problem, found: Solution, n: int) -> bool:
+    """Whether the windows after the first ``n`` came near the noise."""
+    held = Prior.held(found.p)
+    return (
+        np.isfinite(found.cost) and of_windows(Fitted(other, held, found), slice(n, None)).chi2_per_dof < FAR
+    )
+
+
+def _begun_with_both(fitted: Fitted, both: Problem, prior: Prior) -> Solution:
+    """The fit to its own logs and others begun anew: from far off, a run that turns away shows no way back."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    anew = tried(partial(fit_from_scratch, structure, both.stretches, p, length=both.length, rounds=0))
+    begin = p if anew is None else anew.solution.p
+    first = settled(both, structure, begin).first
+    return solve(both, structure, begin, first, prior, anchor=first_states(both), budget=20)
 
 
 def _fed(fitted: Fitted, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:
