@@ -9,7 +9,7 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import FAR, FOLLOWS, NEAR, fit_from_scratch
+from identify.base_fit import FAR, FOLLOWS, NEAR, fit_from_scratch, fit_states
 from identify.prepare import prepare
 from identify.sensor_line import SensorLine
 from validate.candidates import candidates
@@ -24,7 +24,8 @@ def test_unseen_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_
     fitted = fit_from_scratch(prepared.structure, prepared.identify, rounds=0)
     assert not speak_against(prepared, fitted, fitted)
     bent = np.where([s.coefficient >= 0 for s in prepared.structure.slots], 0.3, 1.0) * fitted.solution.p
-    astray = replace(fitted, solution=replace(fitted.solution, p=bent))
+    there = fit_states(fitted.problem, prepared.structure, bent)
+    astray = replace(fitted, solution=there)
     assert speak_against(prepared, fitted, astray)
     assert not speak_against(prepared, astray, fitted)
 

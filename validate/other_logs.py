@@ -99,11 +99,13 @@ def _fed(fitted: Fitted, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prio
 def _against(fitted: Fitted, found: Solution, n: int) -> bool:
     """Whether the fit's own logs (the first ``n`` windows) lose more than chance takes where others are followed too.
 
+    Or gain more: that is another fit, in a better valley, and says nothing of this one.
+
     By as much as the reported covariance exceeds that of white noise alone, in the mean over the parameters, chance
     takes more (Rao and Scott 1984).
     """
     before, after = fitted.solution.moments.residuals, found.moments.residuals[:n]
-    lost = sum(float(np.sum(b**2) - np.sum(a**2)) for a, b in zip(before, after, strict=True))
+    lost = abs(sum(float(np.sum(b**2) - np.sum(a**2)) for a, b in zip(before, after, strict=True)))
     least = float(chi2.isf(AGAINST, len(found.p)))
     if lost <= least:
         return False
