@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from identification_samples import trials_of
 
+import validate.rounds
 from fixtures.effects import Effect
 from identify.base_fit import FAR, fit_from_scratch
 from identify.prepare import prepare
 from validate.pace import Pace
-from validate.rounds import _in_pairs, _turn
+from validate.rounds import Turn, _in_pairs, _turn
 
 
 @pytest.mark.slow
@@ -37,3 +39,25 @@ def test_no_pair_stands_for_what_the_library_lacks():
     turn = _turn(fit_from_scratch(prepared.structure, prepared.identify, length=10.0), Pace())
     assert turn.base.chi2_per_dof > FAR
     assert _in_pairs(replace(turn, taken=None), Pace()) == [replace(turn, taken=None)]
+
+
+@pytest.mark.parametrize(
+    ("p_value", "together", "found"), [(1e-9, True, 2), (1e-9, False, 0), (1e-2, True, 0)]
+)
+def test_near_the_noise_what_is_sure_but_not_worth_a_name_is_looked_at_with_another(
+    monkeypatch, p_value, together, found
+):
+    """A compass that is late predicts no worse as long as nobody knows that it is off as well."""
+    off, late, both = (
+        SimpleNamespace(chi2_per_dof=1.1, problem=name, solution=SimpleNamespace(structure=SimpleNamespace(actives=())))
+        for name in ("off", "late", "both")
+    )  # fmt: skip
+    judged = SimpleNamespace(label="late", fitted=late, p_value=p_value, evidence=100.0)
+    other = Turn(late, (), (), SimpleNamespace(label="off", fitted=both))
+    for name, stub in {
+        "_turn": lambda fitted, pace: other, "settled": lambda fitted: fitted, "under": lambda problem, fitted: fitted,
+        "consistent": lambda base, fit: True, "at_bound": lambda fit: False, "worthwhile": lambda base, fit: together,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(validate.rounds, name, stub)
+    turns = _in_pairs(Turn(off, (), (judged,), None), Pace())
+    assert [t.taken for t in turns if t.taken] == [judged, other.taken][:found]
