@@ -16,6 +16,7 @@ from identify.first_states import first_states
 from identify.prepare import prepare
 from validate.error_spectra import spectra_of
 from validate.pace import Pace
+from validate.peaks import core_of
 from validate.rounds import rounds
 from validate.swell import with_waves_known, without_waves
 from validate.wave_band import measured
@@ -114,6 +115,17 @@ def test_a_band_pushes_at_higher_frequencies_than_it_shows_and_logs_count_whole(
     assert one.frequency_stderr == one.sharpness == three.sharpness <= three.frequency_stderr
     assert all(one.stderrs[c] <= three.stderrs[c] for c in "uvr")
     assert sum(three.stderrs.values()) > sum(one.stderrs.values())
+
+
+def test_a_band_in_which_nothing_stands_out_has_a_middle_all_the_same():
+    """A peak of one channel's rates may be none of the accelerations: it is measured, and is then no waves."""
+    spectra = spectra_of(clean())
+    for place in (8, len(spectra.omega) // 2):
+        force = spectra.force.copy()
+        force[:, core_of(spectra, spectra.omega[place])] *= 1e-3
+        seen = measured(clean(), replace(spectra, force=force), place, 1.0).seen
+        assert seen.frequency == pytest.approx(spectra.omega[place], rel=0.3)
+        assert np.isfinite([seen.frequency_stderr, *seen.amplitudes.values(), *seen.stderrs.values()]).all()
 
 
 def test_one_window_cannot_show_waves():

@@ -104,7 +104,9 @@ def _centroid(spectra: Spectra, excess: FloatArray, core: BoolArray, groups: Int
 
     def middle(some: FloatArray) -> FloatArray:
         weight = np.maximum(some.mean(axis=0), 0.0)
-        return np.asarray(weight @ spectra.omega[core] / max(weight.sum(), 1e-300))
+        if not weight.any():  # nothing stands above its surroundings: the band's own middle
+            weight = np.ones(len(weight))
+        return np.asarray(weight @ spectra.omega[core] / weight.sum())
 
     return float(middle(excess)), float(_jackknifed(middle, excess, groups))
 
