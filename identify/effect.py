@@ -191,10 +191,15 @@ class Effect:
     reported: Mapping[str, str] = field(default_factory=dict)
 
 
-def whole(variant: Variant) -> list[Variant]:
-    """The other form of an effect on loading: with Coriolis terms, or without."""
-    options = {k: v for k, v in variant.options.items() if k != "form"}
-    return [replace(variant, options=options if "form" in variant.options else {**options, "form": "whole"})]
+def read_as(*forms: str) -> Callable[[Variant], list[Variant]]:
+    """The other readings of a variant: without a form, and in each of these."""
+
+    def others(variant: Variant) -> list[Variant]:
+        rest = {k: v for k, v in variant.options.items() if k != "form"}
+        readings = [rest, *(rest | {"form": form} for form in forms)]
+        return [replace(variant, options=x) for x in readings if x != variant.options]
+
+    return others
 
 
 @dataclass(frozen=True)

@@ -99,18 +99,17 @@ def _otherwise_wired(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome:
     """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
     structure, stretches = prepared.structure, prepared.identify
     length = window_length(structure.vessel.length) * ROUGH / LONG
-    perhaps = perhaps_wired(structure, stretches)[:PERHAPS]
-    ways = [
-        partial(fit_from_scratch, s, stretches, length=length)
-        for s in (structure, *(structure.with_effect(w.active) for w in perhaps))
-    ]
-    fits = [tried(way) for way in ways] if perhaps else [None]
-    chi2 = [np.inf if f is None else f.chi2_per_dof for f in fits]
-    best = int(np.argmin(chi2))
-    if best == 0 or not chi2[best] < min(FAR, HALF * chi2[0]):
+    perhaps = perhaps_wired(structure, stretches, PERHAPS)
+    if not perhaps:
         return found
-    away = {w.active.label for w, x in zip(perhaps, chi2[1:], strict=True) if CLEARLY * x > chi2[best]}
-    wiring = perhaps[best - 1]
+    wired = (structure, *(structure.with_effect(w.active) for w in perhaps))
+    fits = [tried(partial(fit_from_scratch, s, stretches, length=length)) for s in wired]
+    declared, *chi2 = (np.inf if f is None else f.chi2_per_dof for f in fits)
+    least = min(chi2)
+    if not least < min(FAR, HALF * declared):
+        return found
+    wiring = perhaps[chi2.index(least)]
+    away = {w.active.label for w, x in zip(perhaps, chi2, strict=True) if CLEARLY * x > least}
     wiring = replace(wiring, look_alikes=tuple(a for a in wiring.look_alikes if a not in away))
     pace(f"taken: {wiring.active.label}")
     other = _searched(prepared, None, wiring, pace)
@@ -242,14 +241,14 @@ def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
     structure = fitted.solution.structure
     without = structure.without(index)
     k = len(structure.slots) - len(without.slots)
-    tried, by_chance = len(candidates(without)), scatter(fitted, index)
-    if loss < by_chance.ratio * least_gain(k, tried, by_chance.degrees):
+    others, by_chance = len(candidates(without)), scatter(fitted, index)
+    if loss < by_chance.ratio * least_gain(k, others, by_chance.degrees):
         return dropped(fitted, index)
     if loss > DOUBTFUL or not without.actives:
         return None
     other = _begun_anew(fitted, index)
     lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
-    return other if lost < least_gain(k, tried) else None
+    return other if lost < least_gain(k, others) else None
 
 
 def _begun_anew(fitted: Fitted, index: int) -> Fitted:

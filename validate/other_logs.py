@@ -69,10 +69,8 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
 
 def _follows(other: Problem, found: Solution, n: int) -> bool:
     """Whether the windows after the first ``n`` came near the noise."""
-    held = Prior.held(found.p)
-    return (
-        np.isfinite(found.cost) and of_windows(Fitted(other, held, found), slice(n, None)).chi2_per_dof < FAR
-    )
+    fitted = Fitted(other, Prior.held(found.p), found)
+    return np.isfinite(found.cost) and of_windows(fitted, slice(n, None)).chi2_per_dof < FAR
 
 
 def _begun_with_both(fitted: Fitted, both: Problem, prior: Prior) -> Solution:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy import stats
@@ -143,10 +144,10 @@ def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring 
     return best[0] if _stands(structure, stretches, best[0].active, STANDS) else None
 
 
-def perhaps_wired(structure: Structure, stretches: Sequence[Stretch]) -> list[Wiring]:
-    """Wirings that the accelerations prefer, if not clearly, best first: where no fit comes near they are worth one."""
-    found = sorted((w for w, _ in _compared(structure, stretches)), key=lambda w: -w.z)
-    return [w for w in found if w.z > 0.0 and _stands(structure, stretches, w.active, 0.0)]
+def perhaps_wired(structure: Structure, stretches: Sequence[Stretch], most: int) -> list[Wiring]:
+    """Wirings that the accelerations prefer, if not clearly, best first: worth a fit where no fit comes near."""
+    preferred = sorted((w for w, _ in _compared(structure, stretches) if w.z > 0.0), key=lambda w: -w.z)
+    return list(islice((w for w in preferred if _stands(structure, stretches, w.active, 0.0)), most))
 
 
 def _compared(structure: Structure, stretches: Sequence[Stretch]) -> list[tuple[Wiring, FloatArray]]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from functools import partial
 
-from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant, whole
+from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant, read_as
 from preprocess.vessel import Vessel
 
 #: An antenna is within this share of the vessel's length from midships, and what a mast or a boom reaches, m. It is so
@@ -112,6 +112,6 @@ MASS_CHANGE = Effect(
     "Fossen 2011, sec. 3.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
     loading=_lighter,
-    forms=whole,
+    forms=read_as("whole"),
     variants=_other_load,
 )  # fmt: skip

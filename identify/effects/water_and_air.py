@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant
+from identify.effect import Effect, Loading, Parameter, Setting, Values, Variant, read_as
 from identify.term import Term
 
 
@@ -98,13 +98,6 @@ def _turning_there(_: Setting, variant: Variant) -> dict[str, Term]:
     return {"sway_ur": Term("v", "ur", "inertial"), "yaw_ur": Term("r", "ur", "inertial")}
 
 
-def _growing(variant: Variant) -> list[Variant]:
-    """Other readings of what grows beside the hull's own forces: nothing, all Coriolis terms, what the data say."""
-    rest = {k: v for k, v in variant.options.items() if k != "form"}
-    forms = [replace(variant, options=rest | ({"form": f} if f else {})) for f in ("", "whole", "coupled")]
-    return [v for v in forms if v.options != variant.options]
-
-
 SHALLOW_WATER = Effect(
     "shallow_water", "water",
     "every coefficient of the hull × factor in the logs named, less Coriolis terms or (form whole) with them, or (form "
@@ -115,6 +108,6 @@ SHALLOW_WATER = Effect(
     parameters=(Parameter("factor", "1", 0.1, (1.0, 10.0), null=1.0),),
     loading=_heavier_water,
     terms=_turning_there,
-    forms=_growing,
+    forms=read_as("whole", "coupled"),
     variants=_shallow,
 )  # fmt: skip
