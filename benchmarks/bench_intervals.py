@@ -1,7 +1,7 @@
 """``python -m benchmarks.bench_intervals``: whether the intervals of effects' parameters hold, what is missing known.
 
 Cases are drawn as the blind ones are, written in their formats and read again; the declared model with the true effects
-in it is fitted from the effects' true values, and goes on as in the program, the last effect in its likeliest form.
+in it is fitted from the effects' true values, and goes on as in the program, each effect in its likeliest form.
 Backlash is left out: where in its slack a linkage begins, the program finds by a search of its own.
 """
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,6 +19,7 @@ from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors, runs_away
 from identify.regression import coefficient_scales, couples, start_by_regression
+from identify.rough_fit import RAN_AWAY, SLIGHT, begin_windows
 from identify.settled import Settled, settled
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
@@ -37,13 +37,6 @@ SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 FOLLOWS = 0.5
 #: A search stops where its next step promises less than this of the rows; sooner in windows that longer ones follow.
 ENOUGH, ROUGHLY = 1e-4, 1e-3
-#: A rough search takes so many steps under each weights.
-BRIEF = (8, 12)
-#: ... in one of so many windows, each parameter still seen by so many rows, and each log by so many windows: an effect
-#: may be in one log alone.
-THIN, SEEN_BY, OF_EACH_LOG = 3, 130, 2
-#: Far from the noise no step is worth taking that promises less than this share of the cost.
-SLIGHT = 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
 PATIENCE = 4
 #: Ridge of a regression that a second search begins with, where the first ran away in long windows.
@@ -54,11 +47,6 @@ FAR = 3.0
 CLEARLY = 0.9
 #: Below this cost per degree of freedom a model is at the noise.
 NEAR = 1.2
-#: What is said where no fit can begin.
-RAN_AWAY = (
-    "the model runs away from the measurements at once, whatever its coefficients. See with `seatrial inspect` whether "
-    "the inputs are those of the vessel, calibrated and of the right sign, or declare a model with fewer terms."
-)
 
 
 @dataclass(frozen=True)
@@ -170,26 +158,6 @@ def tried(way: Callable[[], Fitted]) -> Fitted | None:
     return None
 
 
-def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> FloatArray:
-    """Parameters (np,) near the best in short windows, some of them, from a regression with the effects of ``p``."""
-    p = start_by_regression(structure, p, stretches)
-    problem, begun = _begin(structure, stretches, p, length)
-    some = replace(problem, windows=problem.windows[thin(problem, len(p))])
-    here: Settled | Solution = settled(some, structure, begun.p)
-    prior = prior_for(structure, coefficient_scales(structure, p, stretches))
-    for budget in BRIEF:
-        some = calibrated(some, here)
-        here = solve(some, structure, here.p, here.first, prior, budget=budget, tolerance=SLIGHT * some.rows)
-    return here.p
-
-
-def thin(problem: Problem, count: int) -> slice:
-    """Some of a problem's windows, enough of them for so many parameters, and of every log."""
-    windows = Counter(problem.stretches[w.stretch].name for w in problem.windows)
-    most = min(THIN, problem.rows // (SEEN_BY * count), min(windows.values()) // OF_EACH_LOG)
-    return slice(None, None, max(1, most))
-
-
 def _straight(fitted: Fitted, rounds: int) -> Fitted:
     """The fit in windows short enough that predictions answer to what was rounded away along straight lines."""
     while fitted.problem.length > SHORTEST and bent(fitted.problem) > 1.0:
@@ -211,10 +179,15 @@ def _farther(one: Fitted, other: Fitted) -> Fitted:
 
 
 def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:
-    """Fit ever longer windows from ``p``; what runs away in windows of a length stays with the shorter ones."""
+    """Fit ever longer windows from ``p``; what runs away in windows of a length stays with the shorter ones.
+
+    Effects that begin with values of their own keep these until the longest: what a vessel remembers hardly shows in
+    short windows, under the first weights.
+    """
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
+    waiting = _with_effects_held(prior, structure, p)
     lengths = _lengths(length)
-    problem, begun = _begin(structure, stretches, p, lengths[0])
+    problem, begun = begin_windows(structure, stretches, p, lengths[0])
     p, solution = begun.p, None
     for size in lengths:
         longer = problem if size == problem.length else cut(problem.stretches, size).weighted_as(problem)
@@ -227,13 +200,21 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
         for _ in range(PATIENCE):
             enough = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
             tolerance = max(enough, far_off(problem, latest))
-            latest = solution = solve(problem, structure, p, first, prior, budget=25, tolerance=tolerance)
+            so_far = prior if size == lengths[-1] else waiting
+            latest = solution = solve(problem, structure, p, first, so_far, budget=25, tolerance=tolerance)
             far = far_off(problem, solution) > 0.0
             problem = calibrated(problem, solution) if far else calibrated_anew(problem, solution, fine=False)
             p, first = solution.p, solution.first
             if solution.stopped is not Stopped.BUDGET:
                 break
     return Fitted(problem, prior, solution or solve(problem, structure, p, begun.first, prior, budget=0))
+
+
+def _with_effects_held(prior: Prior, structure: Structure, p: FloatArray) -> Prior:
+    """A prior by which effects' parameters stay where they are in ``p`` (np,), if that is not their null."""
+    effects = np.array([s.effect >= 0 and s.coefficient < 0 for s in structure.slots], dtype=bool)
+    held = effects & (p != null_parameters(structure))
+    return replace(prior, mean=np.where(held, p, prior.mean), sd=np.where(held, 1e-9, prior.sd))
 
 
 def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
@@ -270,19 +251,6 @@ def _lengths(length: float) -> list[float]:
     """Lengths of the windows on the way to the last one, each double the one before, s."""
     doublings = max(0, math.floor(math.log2(length / SHORTEST)))
     return [length / 2.0**k for k in range(doublings, -1, -1)]
-
-
-def _begin(
-    structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float
-) -> tuple[Problem, Settled]:
-    """Windows in which the start does not run away: shorter ones, or without any coefficients."""
-    bare = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
-    for q, part in ((p, 1.0), (p, 0.4), (bare, 1.0)):
-        problem = cut(stretches, part * length)
-        found = settled(problem, structure, q)
-        if np.isfinite(found.cost):
-            return problem, found
-    raise NotIdentifiable(RAN_AWAY)
 
 
 def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solution:

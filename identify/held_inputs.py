@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import SHORT, roughly
+from identify.base_fit import SHORT
 from identify.noise import calibrated
 from identify.output_error import prior_for, solve
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales
+from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import null_parameters
 from identify.windows import Problem, cut

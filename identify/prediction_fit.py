@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 
 from identify.base_fit import (
-    RAN_AWAY,
     SHORT,
     SHORTEST,
     Fitted,
@@ -27,6 +26,7 @@ from identify.output_error import prior_for
 from identify.prepare import Prepared
 from identify.regression import coefficient_scales, start_by_regression
 from identify.ridge import with_likeliest_ridge
+from identify.rough_fit import RAN_AWAY
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import cut

@@ -9,12 +9,13 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, fit_from_scratch, thin
+from identify.base_fit import FAR, fit_from_scratch
 from identify.drive import drive
 from identify.effect import Active, Variant
-from identify.effects.sensors import MASS_CHANGE
+from identify.effects.sensors import CLOCK_OFFSET_INPUTS, MASS_CHANGE
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.prepare import prepare
+from identify.rough_fit import thin
 from identify.structure import null_parameters
 from identify.windows import cut
 from validate.exchange import in_likeliest_form
@@ -105,13 +106,16 @@ def test_shallow_water_has_coriolis_terms_grow_where_the_measurements_say_so():
     assert others == [None, "coupled"]
 
 
-def test_where_sway_and_yaw_share_inertia_a_part_of_what_turning_does_grows():
-    """A hull whose forces grow by a quarter: by one factor for all else it would seem to be more."""
+@pytest.mark.parametrize("later", [(), (Active(CLOCK_OFFSET_INPUTS, Variant()),)])
+def test_where_sway_and_yaw_share_inertia_a_part_of_what_turning_does_grows(later):
+    """A hull whose forces grow by a quarter seems to do so by more, by one factor for all; whatever came later."""
     effect = Effect("shallow_water", {"factor": 1.25}, options={"logs": (1,)})
     _, trials = trials_of("cybership", MANOEUVRES, 120.0, 4, (effect,), validate=0)
     prepared = prepare(trials, "cybership2")
     log = prepared.structure.setting.logs[1]
     structure = prepared.structure.with_effect(Active(SHALLOW_WATER, Variant(options={"logs": (log,)})))
+    for active in later:
+        structure = structure.with_effect(active)
     plain = fit_from_scratch(structure, prepared.identify, null_parameters(structure))
     found = in_likeliest_form(plain)
     there = found.solution.structure

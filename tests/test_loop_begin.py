@@ -8,8 +8,11 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, SHORT, fit_from_scratch
+from identify.base_fit import FAR, NEAR, SHORT, fit_from_scratch
+from identify.effect import Active, Variant
+from identify.effects.hull import ROLL_COUPLING
 from identify.prepare import prepare
+from identify.structure import null_parameters
 from validate import loop
 from validate.loop import tells
 
@@ -42,6 +45,21 @@ def test_a_roll_that_short_windows_hide_in_their_first_states_is_looked_for_in_l
     fitted = fit_from_scratch(ready.structure, ready.identify, length=SHORT)
     assert fitted.chi2_per_dof < FAR
     assert not tells(fitted)
+
+
+def test_a_fit_begun_with_a_known_roll_keeps_it_in_windows_that_hardly_show_it():
+    values = {"frequency": 0.9, "damping": 0.06, "sway": 0.11, "yaw": 0.014}
+    roll = Effect("roll_coupling", values)
+    ship, trials = trials_of("patrol", ("random", "zigzag", "circle", "random"), 60.0, 5, (roll,))
+    ready = prepare(trials, ship.model)
+    structure = ready.structure.with_effect(Active(ROLL_COUPLING, Variant()))
+    begun = null_parameters(structure)
+    for k, slot in enumerate(structure.slots):
+        begun[k] = values[slot.name] if slot.effect == 0 else begun[k]
+    fitted = fit_from_scratch(structure, ready.identify, begun)
+    assert fitted.problem.length > SHORT
+    assert fitted.chi2_per_dof < NEAR
+    assert structure.values(fitted.solution.p, 0)["frequency"] == pytest.approx(0.9, rel=0.01)
 
 
 @pytest.mark.parametrize(("chi2", "right"), [((1.1, 0.0), 0), ((12.0, 1.0), 1), ((12.0, 30.0), 0)])

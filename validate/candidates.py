@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, thin
+from identify.base_fit import Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
@@ -15,6 +15,7 @@ from identify.input_sizes import between, sizes_of
 from identify.output_error import Prior, prior_for
 from identify.reduction import reduce
 from identify.regression import coefficient_scales
+from identify.rough_fit import thin
 from identify.structure import Structure
 from identify.windows import moments
 from preprocess.cores import side_by_side

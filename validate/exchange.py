@@ -40,24 +40,27 @@ def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
 
 
 def in_likeliest_form(fitted: Fitted) -> Fitted:
-    """The fit with the last effect in that of its forms which the measurements clearly prefer.
+    """The fit with each effect in that of its forms which the measurements clearly prefer, the last one first.
 
     One that leaves more open is preferred where it is likelier at all (Akaike 1974): it only assumes less.
     """
-    last, best = fitted.solution.structure.actives[-1], fitted
-    for variant in last.effect.forms(last.variant) if last.effect.forms else ():
-        found = under(fitted.problem, _read_as(fitted, variant), 20)
-        more = len(found.solution.p) - len(best.solution.p)
-        if found.solution.total < best.solution.total - (2.0 * more or INDISTINCT):
-            best = found
-    return best
+    for index in reversed(range(len(fitted.solution.structure.actives))):
+        active, best = fitted.solution.structure.actives[index], fitted
+        for variant in active.effect.forms(active.variant) if active.effect.forms else ():
+            found = under(fitted.problem, _read_as(fitted, index, variant), 20)
+            more = len(found.solution.p) - len(best.solution.p)
+            if found.solution.total < best.solution.total - (2.0 * more or INDISTINCT):
+                best = found
+        fitted = best
+    return fitted
 
 
-def _read_as(fitted: Fitted, variant: Variant) -> Fitted:
-    """The same values with the last effect in another form; what that has besides begins at nothing."""
+def _read_as(fitted: Fitted, index: int, variant: Variant) -> Fitted:
+    """The same values with one effect in another form; what that has besides begins at nothing."""
     s = fitted.solution
-    *others, last = s.structure.actives
-    structure = replace(s.structure, actives=(*others, replace(last, variant=variant)))
+    actives = list(s.structure.actives)
+    actives[index] = replace(actives[index], variant=variant)
+    structure = replace(s.structure, actives=tuple(actives))
     values = {(slot.effect, slot.name): v for slot, v in zip(s.structure.slots, s.p, strict=True)}
     p = np.array([values.get((slot.effect, slot.name), slot.parameter.null) for slot in structure.slots])
     there = replace(fitted, solution=replace(s, structure=structure, p=p))

@@ -9,11 +9,12 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, NEAR, SHORT, Fitted, free_running_misfit, roughly
+from identify.base_fit import FAR, NEAR, SHORT, Fitted, free_running_misfit
 from identify.first_states import first_states
 from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
+from identify.rough_fit import roughly
 from identify.structure import Structure
 from preprocess.cores import side_by_side
 from validate.candidates import Screened

@@ -9,11 +9,12 @@ from functools import partial
 import numpy as np
 
 from identify import kernel
-from identify.base_fit import FAR, NEAR, SHORT, Fitted, roughly
+from identify.base_fit import FAR, NEAR, SHORT, Fitted
 from identify.first_states import first_states
 from identify.in_common import in_common
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
+from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure
 from identify.windows import Problem
