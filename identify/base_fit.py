@@ -29,6 +29,7 @@ from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
 SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
@@ -110,6 +111,9 @@ def fit_from_scratch(
 ) -> Fitted:
     """Fit a structure without a start of its own.
 
+    A fit that stays off the noise is begun again: with the axes apart, or, from effects of known values, with these
+    held until the longest windows, for short ones hardly show what a vessel remembers.
+
     Parameters
     ----------
     structure : Structure
@@ -121,7 +125,7 @@ def fit_from_scratch(
     rounds : int
         How often the noise is calibrated anew.
     apart : bool, optional
-        Whether a fit that stays off the noise is begun again with the axes apart; by default where ``p`` is not given.
+        Whether it may be begun again with the axes apart; by default where ``p`` is not given.
     """
     values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
@@ -129,12 +133,23 @@ def fit_from_scratch(
     found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
-    more = (p is None if apart is None else apart) and any(couples(t) for t in structure.table.terms)
-    another = (lambda: _grown(structure, stretches, begin(apart=True), length)) if more else None
+    another = _second_way(structure, stretches, values, length, p is None if apart is None else apart)
     first, (found, again) = found, _calibrated_and_again(found, rounds, another)
     if again is not None and _farther(first, again) is again:
         found = _farther(found, _calibrated(again, rounds))
     return _straight(found, rounds)
+
+
+def _second_way(
+    structure: Structure, stretches: tuple[Stretch, ...], values: FloatArray, length: float, apart: bool
+) -> Callable[[], Fitted] | None:
+    """Another way to fit from scratch, where there is one: the axes apart, or effects of known values held."""
+    begin = partial(start_by_regression, structure, values, stretches)
+    if apart and any(couples(t) for t in structure.table.terms):
+        return lambda: _grown(structure, stretches, begin(apart=True), length)
+    if _known(structure, values).any():
+        return lambda: _grown(structure, stretches, begin(), length, waiting=True)
+    return None
 
 
 def _calibrated_and_again(
@@ -178,14 +193,20 @@ def _farther(one: Fitted, other: Fitted) -> Fitted:
     return other if other.chi2_per_dof < CLEARLY * one.chi2_per_dof else one
 
 
-def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:
+def _grown(
+    structure: Structure,
+    stretches: tuple[Stretch, ...],
+    p: FloatArray,
+    length: float,
+    *,
+    waiting: bool = False,
+) -> Fitted:
     """Fit ever longer windows from ``p``; what runs away in windows of a length stays with the shorter ones.
 
-    Effects that begin with values of their own keep these until the longest: what a vessel remembers hardly shows in
-    short windows, under the first weights.
+    Effects that are ``waiting`` keep known values until the longest.
     """
     prior = prior_for(structure, coefficient_scales(structure, p, stretches))
-    waiting = _with_effects_held(prior, structure, p)
+    waits = _with_effects_held(prior, structure, p) if waiting else prior
     lengths = _lengths(length)
     problem, begun = begin_windows(structure, stretches, p, lengths[0])
     p, solution = begun.p, None
@@ -200,7 +221,7 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
         for _ in range(PATIENCE):
             enough = (ENOUGH if size == lengths[-1] else ROUGHLY) * problem.rows
             tolerance = max(enough, far_off(problem, latest))
-            so_far = prior if size == lengths[-1] else waiting
+            so_far = prior if size == lengths[-1] else waits
             latest = solution = solve(problem, structure, p, first, so_far, budget=25, tolerance=tolerance)
             far = far_off(problem, solution) > 0.0
             problem = calibrated(problem, solution) if far else calibrated_anew(problem, solution, fine=False)
@@ -210,10 +231,15 @@ def _grown(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, 
     return Fitted(problem, prior, solution or solve(problem, structure, p, begun.first, prior, budget=0))
 
 
-def _with_effects_held(prior: Prior, structure: Structure, p: FloatArray) -> Prior:
-    """A prior by which effects' parameters stay where they are in ``p`` (np,), if that is not their null."""
+def _known(structure: Structure, p: FloatArray) -> BoolArray:
+    """Which of the parameters (np,) are effects' that are not at their null in ``p``."""
     effects = np.array([s.effect >= 0 and s.coefficient < 0 for s in structure.slots], dtype=bool)
-    held = effects & (p != null_parameters(structure))
+    return np.asarray(effects & (p != null_parameters(structure)))
+
+
+def _with_effects_held(prior: Prior, structure: Structure, p: FloatArray) -> Prior:
+    """A prior by which effects of known values stay where they are in ``p`` (np,)."""
+    held = _known(structure, p)
     return replace(prior, mean=np.where(held, p, prior.mean), sd=np.where(held, 1e-9, prior.sd))
 
 
