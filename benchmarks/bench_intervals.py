@@ -20,9 +20,10 @@ from benchmarks.bench_measured import trials_of
 from benchmarks.blind.naming import Entry
 from benchmarks.blind.oracle import active_of, start_values
 from fixtures.blind import draw_case, write_case
-from identify.base_fit import Fitted, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.fit import Estimated, Fit
+from identify.fitted import Fitted
 from identify.held_inputs import prepare_best
 from identify.prepare import Prepared
 from identify.report_fit import make_fit

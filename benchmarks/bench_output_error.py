@@ -25,8 +25,9 @@ from scipy.signal import lfilter
 from benchmarks.bench_measured import trials_of
 from fixtures.make_campaign import main as make_campaign
 from identify import kernel
-from identify.base_fit import Fitted, window_length
+from identify.base_fit import window_length
 from identify.first_states import first_states, state_precision
+from identify.fitted import Fitted
 from identify.noise import calibrated
 from identify.output_error import Solution, solve
 from identify.prediction_fit import fit_declared

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from identify.chain import spreads
-from identify.disturbed import Disturbed
 from identify.first_states import first_states
+from identify.fitted import FAR, Fitted, chi2_of
 from identify.in_common import in_common
-from identify.left_out import Refit
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
-from identify.predict import relative_errors, runs_away
+from identify.predict import relative_errors
 from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.rough_fit import RAN_AWAY, SLIGHT, begin_windows
 from identify.settled import Settled, settled
@@ -42,57 +41,8 @@ ENOUGH, ROUGHLY = 1e-4, 1e-3
 PATIENCE = 4
 #: Ridge of a regression that a second search begins with, where the first ran away in long windows.
 FIRM = 1e-2
-#: Above this cost per degree of freedom a model is so far from the noise that its weights need no refinement.
-FAR = 3.0
 #: A fit that was begun elsewhere is clearly nearer the noise below this share of the other's cost.
 CLEARLY = 0.9
-#: Below this cost per degree of freedom a model is at the noise.
-NEAR = 1.2
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """A solution with the problem and the prior that it solves.
-
-    ``refits`` are fits to fewer of the logs, each left out in turn; ``disturbed`` what shows of pushes that none logs.
-    """
-
-    problem: Problem
-    prior: Prior
-    solution: Solution
-    refits: tuple[Refit, ...] = ()
-    disturbed: Disturbed | None = None
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Rows less first states and parameters."""
-        n_states = int((self.solution.moments.matrices[:, range(8), range(8)] > 0).sum())
-        return max(1, self.problem.rows - n_states - len(self.solution.p))
-
-    @property
-    def chi2_per_dof(self) -> float:
-        """Squared errors over the white noise of the sensors, per degree of freedom; infinite where it ran away."""
-        if not np.isfinite(self.solution.cost):
-            return math.inf
-        return chi2_of(self.problem, self.solution) / self.degrees_of_freedom
-
-    @property
-    def runs_away(self) -> bool:
-        """Whether free runs leave all bounds over a log that was identified on: nobody should be given such a fit."""
-        return any(runs_away(self.solution.structure, self.solution.p, s) for s in self.problem.stretches)
-
-    @property
-    def is_far(self) -> bool:
-        """Whether it is far from the noise, or runs away: then what predicts its own logs best is taken."""
-        return not self.chi2_per_dof < FAR or self.runs_away
-
-
-def chi2_of(problem: Problem, found: Solution | Settled) -> float:
-    """Squared errors over the white noise of the sensors."""
-    total = 0.0
-    for w, residual in zip(problem.windows, found.moments.residuals, strict=True):
-        total += float(np.sum(residual**2 * (problem.inflation[problem.kinds(w)] ** 2)[:, None]))
-    return total
 
 
 def window_length(length: float) -> float:
@@ -159,11 +109,11 @@ def _calibrated_and_again(
     calibrate: Callable[[], Fitted] = partial(_calibrated, found, rounds)
     if another is None or not found.chi2_per_dof > FAR:
         here = calibrate()
-        return here, tried(another) if another and here.chi2_per_dof > NEAR else None
+        return here, tried(another) if another and here.is_off else None
     one, other = side_by_side(tried, [calibrate, another], shared=in_common(found))
     if one is None:
         raise NotIdentifiable(RAN_AWAY)
-    return one, other if one.chi2_per_dof > NEAR else None
+    return one, other if one.is_off else None
 
 
 def tried(way: Callable[[], Fitted]) -> Fitted | None:

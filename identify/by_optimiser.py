@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify import kernel
-from identify.base_fit import Fitted, fit_states, window_length
+from identify.base_fit import fit_states, window_length
 from identify.drive import Drive, drive
+from identify.fitted import Fitted
 from identify.lanes import Compared, Driven, misfits_in_lanes
 from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, Minimum, minimise

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from identify.base_fit import Fitted
 from identify.by_optimiser import with_states
 from identify.estimators import ESTIMATORS, Estimate
 from identify.estimators.tuning import Hyper, tune
+from identify.fitted import Fitted
 from identify.optimisers import OPTIMISERS
 from identify.prepare import Prepared
 from identify.regression import accelerations, regressors

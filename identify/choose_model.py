@@ -16,13 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import (
-    FAR,
-    Fitted,
-    fit_from_scratch,
-    window_length,
-)
+from identify.base_fit import fit_from_scratch, window_length
 from identify.drive import drive
+from identify.fitted import FAR, Fitted
 from identify.left_out import joined_regularised
 from identify.models import MODEL_BY_NAME, terms_for
 from identify.output_error import solve

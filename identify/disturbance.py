@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from identify.base_fit import Fitted
 from identify.disturbed import PUSHED, STANDS, Disturbed, Sizes, blocks_in, roots_of, sized, unit_answers
 from identify.drive import drive
 from identify.first_states import begun, state_precision
+from identify.fitted import Fitted
 from identify.kernel import NX
 from identify.noise import low_frequency_ratio, size_ratio
 from identify.whitening import whitening_of

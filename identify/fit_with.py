@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from identify.base_fit import Fitted
 from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
+from identify.fitted import Fitted
 from identify.prediction_fit import fit_declared, fit_far_from_noise
 from identify.prepare import Prepared
 from identify.whole_windows import over_whole_logs

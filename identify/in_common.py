@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from identify.effects import EFFECTS
 
 if TYPE_CHECKING:
-    from identify.base_fit import Fitted
+    from identify.fitted import Fitted
 
 
 def in_common(*fits: Fitted) -> list[object]:

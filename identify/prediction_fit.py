@@ -12,13 +12,13 @@ import numpy as np
 from identify.base_fit import (
     SHORT,
     SHORTEST,
-    Fitted,
     fit_from_scratch,
     fit_states,
     free_running_misfit,
     tried,
     window_length,
 )
+from identify.fitted import Fitted
 from identify.in_common import in_common
 from identify.left_out import joined_regularised
 from identify.noise import calibrated

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.first_states import state_precision
 from identify.fit import Estimated, Fit, FittedEffect
+from identify.fitted import Fitted
 from identify.input_sizes import untold
 from identify.kernel import NX, POSITION
 from identify.misfit import misfit_scale

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import NEAR, Fitted
 from identify.first_states import first_states
+from identify.fitted import NEAR, Fitted
 from identify.output_error import RIDGE, prior_for, solve
 from identify.regression import coefficient_scales
 

@@ -10,8 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, fit_states
+from identify.base_fit import fit_states
 from identify.drive import drive
+from identify.fitted import Fitted
 from identify.stretch import Stretch
 from identify.windows import cut
 

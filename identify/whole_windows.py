@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.base_fit import NEAR, Fitted
 from identify.first_states import first_states
+from identify.fitted import NEAR, Fitted
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.windows import cut

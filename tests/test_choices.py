@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from identify.base_fit import NEAR
+from identify.fitted import NEAR
 from validate import judgement
 from validate.analysis import _nearest_bare
 from validate.judgement import _in_their_logs

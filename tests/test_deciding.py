@@ -7,7 +7,8 @@ from functools import cache
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import Fitted, fit_from_scratch
+from identify.base_fit import fit_from_scratch
+from identify.fitted import Fitted
 from identify.prepare import prepare
 from identify.structure import Structure
 from validate.candidates import candidates

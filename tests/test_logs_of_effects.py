@@ -9,11 +9,12 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects.sensors import CLOCK_OFFSET_INPUTS, MASS_CHANGE
 from identify.effects.water_and_air import SHALLOW_WATER
+from identify.fitted import FAR
 from identify.prepare import prepare
 from identify.rough_fit import thin
 from identify.structure import null_parameters

@@ -8,9 +8,10 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, NEAR, SHORT, fit_from_scratch
+from identify.base_fit import SHORT, fit_from_scratch
 from identify.effect import Active, Variant
 from identify.effects.hull import ROLL_COUPLING
+from identify.fitted import FAR, NEAR
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate import loop

@@ -10,7 +10,8 @@ from identification_samples import trials_of
 
 import validate.rounds
 from fixtures.effects import Effect
-from identify.base_fit import FAR, fit_from_scratch
+from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR
 from identify.prepare import prepare
 from validate.pace import Pace
 from validate.rounds import Turn, _in_pairs, _turn

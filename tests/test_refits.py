@@ -10,7 +10,8 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import FAR, NEAR, fit_from_scratch
+from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR, NEAR
 from identify.prepare import prepare
 from preprocess.cores import on_cores
 from validate import refits

@@ -9,7 +9,8 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.sensors import Suite
-from identify.base_fit import FAR, Fitted, fit_from_scratch
+from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR, Fitted
 from identify.prepare import prepare
 from validate.candidates import candidates, screen
 from validate.judgement import FALSE_ALARM, least_gain, significance

@@ -8,8 +8,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Suite
-from identify.base_fit import NEAR, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.drive import drive
+from identify.fitted import NEAR
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from validate.advice import idle_inputs

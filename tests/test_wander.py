@@ -9,8 +9,9 @@ import numpy as np
 from identification_samples import trials_of
 from scipy.signal import lfilter
 
-from identify.base_fit import Fitted, window_length
+from identify.base_fit import window_length
 from identify.first_states import first_states
+from identify.fitted import Fitted
 from identify.kernel import POSITION
 from identify.noise import calibrated
 from identify.output_error import solve

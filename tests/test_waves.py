@@ -11,8 +11,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect, World, wave_series
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import Fitted, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.first_states import first_states
+from identify.fitted import Fitted
 from identify.prepare import prepare
 from validate.error_spectra import spectra_of
 from validate.pace import Pace

@@ -9,7 +9,8 @@ from identification_samples import trials_of
 
 import validate.loop
 from fixtures.effects import Effect
-from identify.base_fit import NEAR, fit_from_scratch
+from identify.base_fit import fit_from_scratch
+from identify.fitted import NEAR
 from identify.prepare import prepare
 from validate.candidates import wirings
 from validate.loop import OFF, Outcome, _clearly_nearer, _otherwise_wired, search

@@ -8,10 +8,10 @@ from functools import partial
 
 import pandas as pd
 
-from identify.base_fit import Fitted
 from identify.disturbance import with_disturbances
 from identify.fit import Fit
 from identify.fit_with import fit_with
+from identify.fitted import Fitted
 from identify.held_inputs import prepare_best
 from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise

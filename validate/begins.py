@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
 from identify.first_states import first_states, state_precision
+from identify.fitted import Fitted
 from identify.output_error import solve
 from identify.reduction import reduce
 from identify.structure import Structure

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
+from identify.fitted import Fitted
 from identify.input_sizes import between, sizes_of
 from identify.output_error import Prior, prior_for
 from identify.reduction import reduce

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
 from identify.drive import drive
+from identify.fitted import Fitted
 from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.predict import run, shown, true_first_state

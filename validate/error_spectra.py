@@ -14,9 +14,9 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from identify import kernel
-from identify.base_fit import Fitted
 from identify.drive import Drive, drive
 from identify.first_states import begun
+from identify.fitted import Fitted
 from identify.predict import accelerations_at, run, shown
 from identify.regression import through_water
 from identify.stretch import KIND, Stretch

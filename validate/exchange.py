@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import FAR, NEAR, Fitted, fit_from_scratch
+from identify.base_fit import fit_from_scratch
 from identify.effect import Variant
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost
 from identify.regression import start_by_regression
 from validate.candidates import prior_of

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.fitted import Fitted
 from identify.noise import dispersed_cost
 from identify.windows import Problem
 from validate.refits import under

@@ -9,8 +9,9 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import FAR, NEAR, SHORT, Fitted, free_running_misfit
+from identify.base_fit import SHORT, free_running_misfit
 from identify.first_states import first_states
+from identify.fitted import FAR, NEAR, Fitted
 from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
@@ -21,7 +22,7 @@ from validate.candidates import Screened
 from validate.hidden_share import accounted_for
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import begun_at, converges, raced, step_tolerance, target_gap, under
+from validate.refits import begun_at, best_first, converges, raced, step_tolerance, target_gap, under
 from validate.score_scatter import Scatter, scatter
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -93,25 +94,21 @@ def judge(
     if not refitted:
         return base, []
     if not converges(base):
-        refitted = sorted(refitted, key=lambda x: x[1].solution.total)
+        refitted = best_first(refitted, base)
         pace.expect(2 * AGAIN + 1, pace.left)
         best_few = [f for _, f in refitted[:AGAIN]]
         again = side_by_side(anew, best_few, lambda f: pace(f"anew: {_last(f)}"), in_common(*best_few))
         refitted = [(s, f) for (s, _), f in zip(refitted, again, strict=False)] + refitted[AGAIN:]
     pace("without what did best")
-    best = min(refitted, key=lambda x: x[1].solution.total)[1]
+    best = best_first(refitted, base)[0][1]
     base = better_base(base, best)
-    if base.chi2_per_dof > FAR:
-        dispersion = calibrated(best.problem, best.solution).dispersion
-        base = replace(base, problem=replace(base.problem, dispersion=dispersion))
-        return base, sorted((_judged(base, s, f, tried) for s, f in refitted), key=lambda j: -j.evidence)
+    far = base.chi2_per_dof > FAR
     weights = recalibrated(best.problem, best.solution)
     base_there = under(weights, base)
-    near = [
-        (s, f) for s, f in refitted if f.solution.total - best.solution.total < 0.5 * target_gap(base, best)
-    ]
-    known = accounted_for(base, base_there)
-    judged = [_judged(base_there, s, under(weights, f), tried, known) for s, f in near]
+    reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
+    near = [(s, under(weights, f)) for s, f in refitted if f.solution.total < reach]
+    known = 0.0 if far else accounted_for(base, base_there)
+    judged = [_judged(base_there, s, f, tried, known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: -j.evidence)
 
 
@@ -130,7 +127,7 @@ def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> lis
         promises = promises and not (settled and found)
         found.append((screened, in_likeliest_logs(fit, INDISTINCT) if promises else fit))
         seen.add(name)
-    return sorted(found, key=lambda x: x[1].solution.total)
+    return best_first(found, base)
 
 
 def _last(fitted: Fitted) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from identify.base_fit import FAR, Fitted
 from identify.effect import Active
 from identify.effects.water_and_air import SHALLOW_WATER
+from identify.fitted import FAR, Fitted
 from identify.in_common import in_common
 from identify.structure import Structure
 from preprocess.cores import side_by_side

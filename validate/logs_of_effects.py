@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identify.base_fit import Fitted
 from identify.effect import Active
 from identify.effects.water_and_air import SHALLOW_WATER
+from identify.fitted import Fitted
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.judgement import INDISTINCT

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.base_fit import fit_from_scratch, window_length
 from identify.effect import Active
 from identify.first_states import first_states
+from identify.fitted import Fitted
 from identify.in_common import in_common
 from identify.noise import dispersed_cost
 from identify.output_error import solve

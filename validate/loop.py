@@ -7,19 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import (
-    CLEARLY,
-    FAR,
-    LONG,
-    NEAR,
-    Fitted,
-    fit_from_scratch,
-    fit_states,
-    tried,
-    window_length,
-)
+from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
 from identify.drive import drive
 from identify.first_states import first_states
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared

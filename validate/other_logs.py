@@ -9,9 +9,10 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
-from identify.base_fit import FAR, Fitted, fit_from_scratch, tried
+from identify.base_fit import fit_from_scratch, tried
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
+from identify.fitted import FAR, Fitted
 from identify.output_error import Prior, Solution, information_of, prior_for, solve
 from identify.reduction import Reduced
 from identify.regression import coefficient_scales, start_by_regression

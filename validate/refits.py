@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from identify import kernel
-from identify.base_fit import FAR, NEAR, SHORT, Fitted
+from identify.base_fit import SHORT
 from identify.first_states import first_states
+from identify.fitted import FAR, NEAR, Fitted
 from identify.in_common import in_common
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
@@ -49,8 +49,7 @@ def converges(fitted: Fitted) -> bool:
 
     Positions are not asked: a receiver wanders by itself.
     """
-    slow = np.delete(fitted.problem.dispersed.inflation, kernel.POSITION)
-    return fitted.chi2_per_dof < CONVERGES and float(slow.max()) < STRAYS
+    return fitted.chi2_per_dof < CONVERGES and fitted.slow < STRAYS
 
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
@@ -111,17 +110,17 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     """
     few = len(finalists) <= RUNNERS + PROMISING
     if converges(base) or (few and base.chi2_per_dof < FAR):
-        return _alive(_nearly(base, finalists, pace))
+        return _alive(base, _nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
     whole: list[tuple[Screened, Fitted]] = []
     for part in (finalists[:FIRST], finalists[FIRST:]):
-        runners = _alive([*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
+        runners = _alive(base, [*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
         ahead = [r for k, r in enumerate(runners) if k < RUNNERS or id(r[0]) in promising]
         whole += _taken_on(base, ahead, {id(s) for s, _ in whole}, pace)
         if any(f.chi2_per_dof < CONVERGES for _, f in whole):
             break
-    return _alive(whole)
+    return _alive(base, whole)
 
 
 def _taken_on(
@@ -148,7 +147,7 @@ def _beside(
     """Refits of some candidates, one beside the other; the best first."""
     known = [*in_common(base), *(s.active for s in screened)]
     found = side_by_side(refitted, screened, lambda s: pace(f"trying {s.active.label}"), known)
-    return _alive(list(zip(screened, found, strict=True)))
+    return _alive(base, list(zip(screened, found, strict=True)))
 
 
 def _nearly(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
@@ -169,11 +168,15 @@ def _slack(base: Fitted, fit: Fitted) -> Fitted:
     return from_where_it_was(fit, step_tolerance(base)) if np.isfinite(fit.solution.total) else fit
 
 
-def _alive(runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
+def _alive(base: Fitted, runners: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
     """Those that did not run away, best first."""
-    return sorted(
-        ((s, f) for s, f in runners if np.isfinite(f.solution.total)), key=lambda x: x[1].solution.total
-    )
+    return best_first([(s, f) for s, f in runners if np.isfinite(f.solution.total)], base)
+
+
+def best_first(refitted: Sequence[tuple[Screened, Fitted]], base: Fitted) -> list[tuple[Screened, Fitted]]:
+    """Refits by their cost; far from the noise, where the base's weights hardly ask what is far off, by how far."""
+    far = base.chi2_per_dof > FAR
+    return sorted(refitted, key=lambda x: x[1].astray_by if far else x[1].solution.total)
 
 
 def _whole(base: Fitted, part: Fitted) -> Fitted:

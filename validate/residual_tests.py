@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import Fitted
+from identify.fitted import Fitted
 from identify.stretch import Stretch
 from validate.diagnosis import ResidualTest
 from validate.tables import held_at

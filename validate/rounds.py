@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from identify.base_fit import FAR, FOLLOWS, NEAR, Fitted, fit_from_scratch, free_running_misfit
+from identify.base_fit import FOLLOWS, fit_from_scratch, free_running_misfit
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
 from identify.taken_order import in_order_taken
@@ -177,7 +178,7 @@ def settled(fitted: Fitted) -> Fitted:
     fitted, structure = in_order_taken(fitted), fitted.solution.structure
     here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     p = effects_alone(structure, here.solution.p)
-    off = here.chi2_per_dof >= NEAR
+    off = here.is_off
     anew = fit_from_scratch(
         structure,
         fitted.problem.stretches,

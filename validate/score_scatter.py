@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted
 from identify.first_states import first_states, state_precision
+from identify.fitted import FAR, Fitted
 from identify.reduction import reduce
 from identify.windows import moments
 

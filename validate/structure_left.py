@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import NEAR, Fitted
 from identify.drive import drive
 from identify.first_states import begun, first_states
+from identify.fitted import NEAR, Fitted
 from identify.gusts import blown
 from identify.noise import calibrated, smoothness
 from identify.output_error import Prior, Solution, information_of, solve

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import Fitted, free_running_misfit
+from identify.base_fit import free_running_misfit
 from identify.disturbance import deviance, with_disturbances
 from identify.first_states import first_states
+from identify.fitted import Fitted
 from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import FAR, NEAR, Fitted, fit_states, window_length
+from identify.base_fit import fit_states, window_length
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import calibrated_anew
 from identify.stretch import Stretch
 from identify.swell import Swell

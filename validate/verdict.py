@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.base_fit import FAR, Fitted
+from identify.fitted import FAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
 from identify.swell import Swell

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identify.base_fit import Fitted
+from identify.fitted import Fitted
 from identify.swell import Sighting, Swell
 from validate.error_spectra import TAPERS, Spectra
 from validate.peaks import around_of, core_of

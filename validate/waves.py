@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from identify.base_fit import Fitted
 from identify.fit import Estimated, FittedEffect
+from identify.fitted import Fitted
 from identify.swell import Swell
 from validate.error_spectra import TAPERS, Spectra, spectra_of
 from validate.peaks import AROUND, BAND, Around, around_of, chance_of, core_of

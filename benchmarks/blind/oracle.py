@@ -16,9 +16,10 @@ import numpy as np
 
 from benchmarks.blind.naming import Entry, deviations, entry_of, sides
 from fixtures.campaign import Run
-from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.base_fit import fit_from_scratch, window_length
 from identify.effect import Active
 from identify.first_states import first_states
+from identify.fitted import Fitted
 from identify.noise import calibrated
 from identify.output_error import prior_for, solve
 from identify.prepare import Prepared, prepare

@@ -11,12 +11,12 @@ from scipy.signal import savgol_filter
 
 from benchmarks.papers.record import Record
 from identify import kernel
-from identify.base_fit import Fitted
 from identify.choose_model import choose_model
 from identify.drive import drive
 from identify.estimators.estimate import FloatArray
 from identify.fit import Fit
 from identify.fit_with import fit_as_a_run_ends
+from identify.fitted import Fitted
 from identify.predict import run as run_model
 from identify.prepare import Prepared, prepare
 from identify.report_fit import make_fit

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 from scipy import optimize
 
-from identify.base_fit import Fitted, fit_from_scratch, window_length
+from identify.base_fit import fit_from_scratch, window_length
 from identify.choose_model import choose_model
+from identify.fitted import Fitted
 from identify.held_inputs import prepare_best
 from identify.online.knowledge import Noise
 from identify.output_error import Prior
