@@ -85,7 +85,7 @@ def added_parameters(without: Fitted, with_it: Fitted) -> int:
 def judge(
     base: Fitted, finalists: Sequence[Screened], tried: int, pace: Pace | None = None
 ) -> tuple[Fitted, list[Judged]]:
-    """Refit the finalists, weigh errors as the best of them leaves them, and judge; best evidence first.
+    """Refit the finalists, weigh errors as the best of them leaves them, and judge; the best first.
 
     Returns the fit without them under the same weights, and the judged finalists.
     """
@@ -109,7 +109,7 @@ def judge(
     near = [(s, under(weights, f)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
     judged = [_judged(base_there, s, f, tried, known) for s, f in near]
-    return base_there, sorted(judged, key=lambda j: -j.evidence)
+    return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else -j.evidence)
 
 
 def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:
