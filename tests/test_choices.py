@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from identify.fitted import NEAR
+from identify.fitted import FAR, NEAR
 from validate import judgement
 from validate.analysis import _nearest_bare
 from validate.judgement import _in_their_logs
@@ -16,6 +16,7 @@ def fit(chi2, length=30.0, actives=(), total=0.0):
     structure = SimpleNamespace(actives=actives)
     return SimpleNamespace(
         chi2_per_dof=chi2,
+        astray_by=chi2 + total,
         problem=SimpleNamespace(length=length),
         solution=SimpleNamespace(structure=structure, total=total),
     )
@@ -46,9 +47,10 @@ def test_else_the_declared_fit_stays(ended):
     assert _nearest_bare(declared, ended) is declared
 
 
+@pytest.mark.parametrize("without", [0.9 * FAR, 1.3 * FAR])
 @pytest.mark.parametrize(("best", "asked"), [(0.9 * NEAR, 1), (1.1 * NEAR, 2)])
 def test_where_the_best_cause_comes_to_the_noise_the_others_are_not_asked_for_their_logs(
-    monkeypatch, best, asked
+    monkeypatch, best, asked, without
 ):
     """Nor is one that gains next to nothing, or a second of the same effect."""
     seen = []
@@ -58,6 +60,6 @@ def test_where_the_best_cause_comes_to_the_noise_the_others_are_not_asked_for_th
         for n in ("mass_change", "mass_change", "shallow_water", "thrust_fade")
     ]
     fits = [fit(best, total=10.0), fit(3.0, total=20.0), fit(3.0, total=30.0), fit(3.0, total=99.0)]
-    found = _in_their_logs(fit(4.0, total=100.0), list(zip(named, fits, strict=True)))
+    found = _in_their_logs(fit(without, total=100.0), list(zip(named, fits, strict=True)))
     assert seen == [fits[0], fits[2]][:asked]
     assert [f for _, f in found] == fits
