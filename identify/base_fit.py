@@ -189,8 +189,7 @@ def _known(structure: Structure, p: FloatArray) -> BoolArray:
 
 def _with_effects_held(prior: Prior, structure: Structure, p: FloatArray) -> Prior:
     """A prior by which effects of known values stay where they are in ``p`` (np,)."""
-    held = _known(structure, p)
-    return replace(prior, mean=np.where(held, p, prior.mean), sd=np.where(held, 1e-9, prior.sd))
+    return prior.holding(p, _known(structure, p))
 
 
 def _calibrated(fitted: Fitted, rounds: int) -> Fitted:

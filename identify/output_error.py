@@ -26,6 +26,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 RIDGE = 30.0
 #: A search begins with so much damping.
 DAMPED = 1e-2
+#: Standard deviation of a parameter that is not to move.
+HELD = 1e-9
 #: A step that goes too far is taken in part, so often at most, each time half or less, or this where it ran away.
 SHORTENED, HALF, RAN_AWAY = 2, 0.5, 0.1
 #: More damping is tried instead where less of it is good than this.
@@ -56,7 +58,11 @@ class Prior:
     @classmethod
     def held(cls, p: FloatArray) -> Prior:
         """Parameters that are not to move from ``p`` (np,)."""
-        return cls(p, np.full(len(p), 1e-9))
+        return cls(p, np.full(len(p), HELD))
+
+    def holding(self, p: FloatArray, which: BoolArray) -> Prior:
+        """The same, but some of the parameters (np,) are not to move from ``p`` (np,)."""
+        return replace(self, mean=np.where(which, p, self.mean), sd=np.where(which, HELD, self.sd))
 
 
 @dataclass(frozen=True)

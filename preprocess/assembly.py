@@ -25,6 +25,7 @@ from preprocess.smoothing import motion
 from preprocess.stated import all_heard
 from preprocess.trial import FloatArray, Measurement, Step
 from preprocess.turning import smooth_track
+from preprocess.turns import with_turns
 from preprocess.vessel import Smoothing, Vessel
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def process(
     by_response : bool
         Tell clocks by a model of the response too.
     """
-    judged = {k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()}
+    judged = with_turns({k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()})
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
     segments = find_segments(judged, vessel)
     wanted = sensor_times(judged)

@@ -122,3 +122,18 @@ def test_a_course_over_ground_is_a_velocity_and_no_heading():
     assert np.abs(drift).max() > np.radians(4.0)  # heading and course differ, and stay apart
     assert trial.measurements["velocity"].sigma < 0.02
     assert np.abs(off(trial, truth, "psi")).max() < 0.02
+
+
+@pytest.mark.parametrize("turned", [3.6, 5.5])
+def test_a_compass_that_is_silent_for_more_than_half_a_turn_goes_on_by_the_turns_of_the_gyro(turned):
+    truth = truth_of("catamaran", "circle", 90.0)
+    made = sampled(truth, **PLAIN)
+    heading = made.log.tables["heading"]
+    t = heading.index.to_numpy() * 1e-9
+    way = np.abs(truth.psi - np.interp(20.0, truth.t, truth.psi))
+    silent = (t > 20.0) & (t < truth.t[(truth.t > 20.0) & (way > turned)][0])
+    quiet = replace(made.log, tables={**made.log.tables, "heading": heading[~silent]})
+    trial = trial_of(made, quiet)
+    off_by = off(trial, truth, "psi")
+    assert np.abs(off_by - np.median(off_by)).max() < 0.3
+    assert np.sqrt(np.mean(off(trial, truth, "r") ** 2)) < 0.02

@@ -25,6 +25,7 @@ from validate.pace import Pace
 from validate.scan import best_value
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Below this cost per degree of freedom a refit converges from where the base is ...
 CONVERGES = 1.5
@@ -35,6 +36,8 @@ STRAYS = 3.0
 RUNNERS, PROMISING = 4, 4
 #: So many of the candidates that promise most are begun before the others.
 FIRST = 10
+#: Steps in which forces are found for a wind or a roll that stays as it was looked at.
+FORCED = 3
 #: So many are refitted beside each other before one is given up because it cannot reach what another has.
 FEW = 2
 
@@ -65,12 +68,30 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     search = partial(
         solve, problem, structure, prior=prior, anchor=first_states(problem), tolerance=step_tolerance(fitted)
     )
-    ways = (screened.p, screened.unmoved)
-    moved = min((search(p, first, budget=0) for p in ways), key=total)
+    ways = [(screened.p, first), (screened.unmoved, first)]
+    waiting = forces_waiting(structure, screened.unmoved)
+    if waiting.any():
+        forced = search(
+            screened.unmoved, first, prior=prior.holding(screened.unmoved, waiting), budget=FORCED
+        )
+        ways.append((forced.p, forced.first))
+    moved = min((search(p, x, budget=0) for p, x in ways), key=total)
     if converges(fitted):
         return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(*_other_start(structure, screened, fitted), budget=2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
+
+
+def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
+    """Which parameters (np,) of the last effect say nothing in ``p`` as yet, for all that it pushes with is nothing.
+
+    A first step would move them by what is known beforehand alone: a wind to none, however hard it blows.
+    """
+    last = len(structure.actives) - 1
+    mine = np.array([s.effect == last for s in structure.slots], dtype=bool)
+    pushes = np.array([s.coefficient >= 0 for s in structure.slots], dtype=bool)
+    silent = (mine & pushes).any() and not p[mine & pushes].any()
+    return mine & ~pushes if silent else np.zeros(len(p), dtype=bool)
 
 
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
