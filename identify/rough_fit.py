@@ -22,7 +22,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BRIEF = (8, 12)
 #: ... in one of so many windows, each parameter still seen by so many rows, and each log by so many windows: an effect
 #: may be in one log alone.
-THIN, SEEN_BY, OF_EACH_LOG = 3, 130, 2
+THIN, SEEN_BY, OF_EACH_LOG = 6, 130, 2
 #: Far from the noise no step is worth taking that promises less than this share of the cost.
 SLIGHT = 1e-3
 #: What is said where no fit can begin.

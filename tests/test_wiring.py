@@ -13,7 +13,7 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
 from identify.prepare import prepare
 from validate.candidates import wirings
-from validate.loop import OFF, Outcome, _clearly_nearer, _otherwise_wired, search
+from validate.loop import OFF, Outcome, _clearly_nearer, _otherwise, _otherwise_wired, search
 from validate.pace import Pace
 from validate.wiring import Wiring, better_wiring
 
@@ -69,7 +69,7 @@ def _looked_at_again(*effects):
     _, trials = trials_of("tug", ("zigzag", "random"), 60.0, 4, effects=effects, validate=0)
     prepared = prepare(trials, "modulus")
     found = Outcome(fit_from_scratch(prepared.structure, prepared.identify), (), (), None)
-    return found, _otherwise_wired(prepared, found, Pace())
+    return found, _otherwise_wired(prepared, found, _otherwise(prepared), Pace())
 
 
 def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried():
@@ -78,6 +78,22 @@ def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried()
     assert other.wiring.active.variant.options["swapped"] == ("n_port", "n_starboard")
     assert other.fitted.chi2_per_dof < NEAR
     assert "input_wiring (swapped azimuth_port and azimuth_starboard)" not in other.wiring.look_alikes
+
+
+def test_where_nothing_but_another_wiring_brings_a_model_to_the_noise_no_other_cause_is_asked_first(
+    monkeypatch,
+):
+    back = Effect("input_wiring", {}, None, {"reversed": ("n_port",)})
+    _, trials = trials_of("tug", ("zigzag", "random"), 60.0, 4, effects=(back,), validate=0)
+    prepared = prepare(trials, "modulus")
+    assert better_wiring(prepared.structure, prepared.identify) is None  # the accelerations alone do not tell
+    wired = []
+    searched = validate.loop._searched
+    monkeypatch.setattr(validate.loop, "_searched", lambda *a: wired.append(a[2]) or searched(*a))
+    outcome = search(prepared, None)
+    assert [w.active.variant.options["reversed"] for w in wired] == [("n_port",)]
+    assert outcome.fitted.chi2_per_dof < NEAR
+    assert outcome.wiring is wired[0]
 
 
 def test_no_wiring_is_tried_for_what_none_would_mend():

@@ -215,10 +215,12 @@ def _windowed(estimator: str, optimiser: str) -> bool:
 
 
 def _far(declared: Fitted, outcome: Outcome | None) -> bool:
-    """Whether nothing that was found brings the model near the noise, or was found at all (the wiring apart)."""
+    """Whether nothing was found, or a wiring alone that does not bring the model near the noise."""
     if not declared.is_far:
         return False
-    return outcome is None or all(s.active.effect.rewire for s in outcome.standing)
+    if outcome is None or not outcome.standing:
+        return True
+    return outcome.fitted.is_far and all(s.active.effect.rewire for s in outcome.standing)
 
 
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:

@@ -70,13 +70,21 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     on from there; else it begins with short windows, in which a model that lacks much cannot run away. What the
     accelerations say of the wiring is believed where the search with it comes near the noise; else the inputs as they
     were declared are searched with too: an antenna that is far off, or a current, can make a wiring look wrong. Where
-    they say nothing clearly and the search stays off the noise, what they would rather have is tried.
+    they say nothing clearly, what they would rather have is tried: first if the declared model is far from the noise
+    and comes to it with nothing but another wiring, else last, if the search stays off the noise.
     """
     pace = pace or Pace()
     wiring = _wiring(prepared, declared)
     if wiring is None:
-        found = _searched(prepared, declared, None, pace)
-        return found if found.fitted.chi2_per_dof < OFF else _otherwise_wired(prepared, found, pace)
+        otherwise = _otherwise(prepared) if declared is None or declared.is_far else None
+        if otherwise and otherwise.chi2 < NEAR and otherwise.declared > FAR:
+            wiring = otherwise.wiring
+        else:
+            found = _searched(prepared, declared, None, pace)
+            off = not found.fitted.chi2_per_dof < OFF
+            return (
+                _otherwise_wired(prepared, found, otherwise or _otherwise(prepared), pace) if off else found
+            )
     pace(f"taken: {wiring.active.label}")
     found = _searched(prepared, declared, wiring, pace)
     if found.fitted.chi2_per_dof < FAR:
@@ -86,24 +94,41 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     return other if _clearly_nearer(other.fitted, found.fitted) else found
 
 
-def _otherwise_wired(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome:
-    """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
+@dataclass(frozen=True)
+class _Otherwise:
+    """The nearest of the wirings that the accelerations prefer, if not clearly, in short windows.
+
+    ``chi2`` per degree of freedom with it alone, and that of the wiring as ``declared``.
+    """
+
+    wiring: Wiring
+    chi2: float
+    declared: float
+
+
+def _otherwise(prepared: Prepared) -> _Otherwise | None:
+    """What fits in short windows say of wirings that the accelerations would rather have, where there are any."""
     structure, stretches = prepared.structure, prepared.identify
     length = window_length(structure.vessel.length) * ROUGH / LONG
     perhaps = perhaps_wired(structure, stretches, PERHAPS)
     if not perhaps:
-        return found
+        return None
     wired = (structure, *(structure.with_effect(w.active) for w in perhaps))
     fits = [tried(partial(fit_from_scratch, s, stretches, length=length)) for s in wired]
     declared, *chi2 = (np.inf if f is None else f.chi2_per_dof for f in fits)
     least = min(chi2)
-    if not least < min(FAR, HALF * declared):
-        return found
     wiring = perhaps[chi2.index(least)]
     away = {w.active.label for w, x in zip(perhaps, chi2, strict=True) if CLEARLY * x > least}
     wiring = replace(wiring, look_alikes=tuple(a for a in wiring.look_alikes if a not in away))
-    pace(f"taken: {wiring.active.label}")
-    other = _searched(prepared, None, wiring, pace)
+    return _Otherwise(wiring, least, declared)
+
+
+def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise | None, pace: Pace) -> Outcome:
+    """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
+    if otherwise is None or not otherwise.chi2 < min(FAR, HALF * otherwise.declared):
+        return found
+    pace(f"taken: {otherwise.wiring.active.label}")
+    other = _searched(prepared, None, otherwise.wiring, pace)
     near = other.fitted.chi2_per_dof < FAR and _clearly_nearer(other.fitted, found.fitted)
     return other if near else found
 
