@@ -12,8 +12,9 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.effects.water_and_air import SAILED_IN
 from identify.prepare import prepare
-from validate.candidates import candidates
+from validate.candidates import candidates, screen
 from validate.judgement import at_bound
+from validate.refits import converges, refit
 
 SPEED, FROM = 6.0, 0.8
 
@@ -49,3 +50,21 @@ def test_a_wind_is_found_from_where_it_comes_and_not_at_a_bound():
     assert comes_from == pytest.approx(FROM, abs=0.1)
     assert np.hypot(values["north"], values["east"]) < 2.5 * SAILED_IN
     assert values["cx"] > 0 and values["cy"] > 0  # it pushes the way it blows
+
+
+def test_a_light_wind_is_looked_for_where_it_comes_from_and_not_where_it_would_have_to_pull():
+    """To first order one from the other side that pulls would do as well; and without forces no wind says anything."""
+    light = {"speed": 8.0, "direction": FROM, "cx": 4e-5, "cy": 6e-5, "cn": 1e-5, "gust": 0.0, "veer": 0.0}
+    _, trials = trials_of(
+        "usv", ("zigzag", "circle", "random"), 70.0, 6, (Effect("wind", light),), validate=0
+    )
+    prepared = prepare(trials, "modulus")
+    base = fit_from_scratch(prepared.structure, prepared.identify)
+    assert converges(base)
+    [looked_at] = screen(base, [a for a in candidates(prepared.structure) if a.effect.name == "wind"])
+    start = looked_at.active.effect.report(dict(zip(("north", "east"), looked_at.unmoved[-2:], strict=True)))
+    assert np.cos(start["direction"] - FROM) > 0.5
+    fitted = refit(base, looked_at)
+    values = fitted.solution.structure.values(fitted.solution.p, 0)
+    assert base.solution.total - fitted.solution.total > 250.0
+    assert np.arctan2(-values["east"], -values["north"]) == pytest.approx(FROM, abs=0.1)

@@ -167,6 +167,25 @@ def _schur_gain(
     return float(np.sum(along**2 / values[good])), step * scale[mine]
 
 
+def _gain_within(
+    structure: Structure, information: FloatArray, score: FloatArray, p: FloatArray
+) -> tuple[float, FloatArray]:
+    """Gain and step (np,) of all parameters, but those that would leave their bounds from where they stand at one.
+
+    A wind from the other side, pushing the other way, promises as much as the right one; but no wind does that.
+    """
+    low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
+    free, step = np.ones(len(p), dtype=bool), np.zeros(len(p))
+    while True:
+        which = np.flatnonzero(free)
+        gain, step[which] = _schur_gain(information, score, which[:0], which)
+        leaves = free & (((p <= low) & (step < 0.0)) | ((p >= high) & (step > 0.0)))
+        if not leaves.any():
+            return gain, step
+        free &= ~leaves
+        step[leaves] = 0.0
+
+
 def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArray) -> FloatArray:
     """The step, cut to the bounds and to what a first order can be trusted for."""
     out = np.empty(len(step))
@@ -204,8 +223,7 @@ def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: fl
     information, score, cost = normal(fitted, wide, p)
     if not np.isfinite(cost):
         return Screened(active, p, p, -np.inf)
-    everything = np.arange(len(p))
-    gain, step = _schur_gain(information, score, everything[:0], everything)
+    gain, step = _gain_within(wide, information, score, p)
     q = p.copy()
     q[mine] += _within(wide, mine, p[mine], step[mine])
     return Screened(active, q, p, base - cost + gain)
