@@ -97,8 +97,14 @@ def _results(
         seed=seed,
         loop=loop,
         materiality=materiality,
+        grows=campaign.model == "auto",
         progress=watch,
     )
+    if found.before.model != name:
+        said = (
+            *said,
+            f"With the terms that it was found to lack it is '{found.before.model}', which was taken.",
+        )
     return Results(
         campaign=str(campaign.path),
         logs=tuple(logs),

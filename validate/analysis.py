@@ -17,6 +17,7 @@ from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
+from identify.richer_model import richer_model
 from identify.whole_windows import over_whole_logs
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
@@ -63,9 +64,13 @@ def analyse(
     seed: int = 0,
     loop: bool = True,
     materiality: float = 0.10,
+    grows: bool = False,
     progress: Progress = silent,
 ) -> Analysis:
     """Identify the declared model on the identify trials, find what it lacks, and validate on the others.
+
+    A model that was chosen, not declared, ``grows``: where it is another by name with the terms that it is found to
+    lack, that one is taken for the declared.
 
     Raises
     ------
@@ -73,6 +78,9 @@ def analyse(
         Where there is nothing to identify on.
     """
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
+    richer = richer_model(outcome.fitted.solution.structure) if grows and outcome else None
+    if richer:
+        prepared, declared, outcome = _identify(trials, richer, estimator, optimiser, seed, loop, progress)
     windowed = _windowed(estimator, optimiser)
     declared = _nearest_bare(declared, outcome) if windowed else declared
     after = outcome.fitted if outcome and outcome.standing else declared

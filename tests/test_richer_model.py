@@ -1,0 +1,49 @@
+"""A chosen model that lacks terms is another one by name, where that has just these."""
+
+from __future__ import annotations
+
+import pytest
+from identification_samples import trials_of
+
+from identify.effects import EFFECTS
+from identify.prepare import prepare
+from identify.richer_model import richer_model
+from validate.analysis import analyse
+from validate.candidates import candidates
+from validate.diagnosis import Verdict
+
+
+def lacking(vessel, model, *effects):
+    _, trials = trials_of(vessel, ("zigzag",), 20.0, 3, validate=0)
+    structure = prepare(trials, model).structure
+    for name in effects:
+        structure = structure.with_effect(
+            next(a for a in candidates(structure, EFFECTS) if a.effect.name == name)
+        )
+    return structure
+
+
+@pytest.mark.parametrize(
+    ("vessel", "model", "effects", "richer"),
+    [
+        ("catamaran", "linear", ("quadratic_damping",), "modulus"),
+        ("usv", "linear", ("quadratic_damping", "current"), "modulus"),
+        ("catamaran", "linear", (), None),
+        ("catamaran", "linear", ("current",), None),
+        ("catamaran", "linear", ("quadratic_damping", "port_starboard_asymmetry"), None),
+        ("tanker", "blanke", ("linear_damping",), None),
+    ],
+)
+def test_a_model_with_the_terms_that_it_lacks_has_the_name_of_the_one_that_has_them(
+    vessel, model, effects, richer
+):
+    assert richer_model(lacking(vessel, model, *effects)) == richer
+
+
+def test_a_model_that_was_chosen_grows_and_one_that_was_declared_does_not():
+    _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 45.0, 4)
+    chosen, declared = (analyse(trials, model="linear", grows=grows) for grows in (True, False))
+    assert chosen.before.model == "modulus"
+    assert chosen.diagnosis.verdict is Verdict.ADEQUATE
+    assert declared.before.model == "linear"
+    assert [e.fitted.name for e in declared.diagnosis.effects] == ["quadratic_damping"]
