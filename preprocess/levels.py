@@ -115,4 +115,12 @@ def estimate_levels(
             starts.append(np.r_[fitted, first[1:]])
     _, x = min((minimum(objective, x) for x in starts), key=lambda found: found[0])
     q, sigma = levels_of(x[None])
+    if len(thin.t) < len(rows.t):
+        q[0] = _of_all(rows, group, max(start.q, float(q[0])), sigma[0], prior)
     return Levels(float(q[0]), sigma[0])
+
+
+def _of_all(rows: Rows, group: IntArray, q: float, sigma: FloatArray, prior: FloatArray) -> float:
+    """Process intensity by all rows, looked for from ``q`` on: blocks may miss each of a few steps of the motion."""
+    variance = np.append(sigma, 1.0)[group] ** 2 * rows.variance
+    return fitted_intensity(replace(rows, variance=variance), q, prior)

@@ -223,3 +223,30 @@ def test_the_least_of_a_curved_valley_is_found_from_afar():
     value, x = minimum(valley, np.array([-3.0, 5.0]))
     assert value < 0.01
     assert x == pytest.approx([2.0, 1.2], abs=0.03)
+
+
+def test_a_long_log_that_turns_steadily_but_for_two_short_steps_is_not_smoothed_to_a_straight_line():
+    """Levels are estimated on blocks of a long log, and neither step is in one of them."""
+    rng = np.random.default_rng(8)
+    duration = 760.0
+    fine = np.arange(0.0, duration, 0.01)
+    rate = np.interp(
+        fine, [0.0, 72.0, 90.0, 480.0, 495.0, duration], [0.0, 0.0, -0.028, -0.028, -0.015, -0.015]
+    )
+    angle = np.cumsum(rate) * 0.01
+
+    def stream(name, hertz, order, signal, noise):
+        t = np.arange(0.0, duration - 0.1, 1.0 / hertz)
+        value = np.interp(t, fine, signal) + rng.normal(0.0, noise, len(t))
+        used = np.ones(len(t), bool)
+        return Stream(name, t, value[:, None], order, used, used)
+
+    streams = (
+        stream("heading", 10.0, 0, angle, 0.004),
+        stream("yaw_rate", 20.0, 1, rate, 0.0008),
+    )
+    wanted = np.arange(1.0, duration - 1.0, 1.0)
+    found = smooth_chain(streams, ((0.0, duration - 0.2),), wanted)
+    off = found.mean[:, 1, 0] - np.interp(wanted, fine, rate)
+    assert np.sqrt(np.mean(off**2)) < 2e-4
+    assert np.abs(found.mean[:, 0, 0] - np.interp(wanted, fine, angle)).max() < 0.01
