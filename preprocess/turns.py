@@ -30,7 +30,9 @@ def with_turns(judged: Mapping[str, Judged]) -> dict[str, Judged]:
     rate_t, rate = gyro.raw.t[gyro.good], gyro.raw.value[gyro.good]
     turned = np.diff(_turned(t, rate_t, rate))
     turns = np.rint((turned - np.diff(value)) / (2.0 * np.pi))
-    turns[(np.abs(turned) < NEARLY_HALF) | ~_told(t, rate_t)] = 0.0
+    turns[np.abs(turned) < NEARLY_HALF] = 0.0
+    for k in np.flatnonzero(turns):
+        turns[k] *= _told(t[k], t[k + 1], rate_t)
     if not turns.any():
         return dict(judged)
     all_turns = np.zeros(len(heading.raw.t))
@@ -45,12 +47,9 @@ def _turned(t: FloatArray, rate_t: FloatArray, rate: FloatArray) -> FloatArray:
     return np.asarray(np.interp(t, rate_t, np.r_[0.0, np.cumsum(steps)]), dtype=float)
 
 
-def _told(t: FloatArray, rate_t: FloatArray) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Between which headings (n - 1,) the yaw rate was measured often enough."""
-    first, last = np.searchsorted(rate_t, t[:-1], side="right") - 1, np.searchsorted(rate_t, t[1:])
-    longest = np.zeros(len(first))
-    inside = (first >= 0) & (last < len(rate_t))
-    gaps = np.r_[np.diff(rate_t), 0.0]
-    for k in np.flatnonzero(inside & (last - first > TELLS)):
-        longest[k] = gaps[first[k] : last[k]].max()
-    return np.asarray((longest > 0.0) & (longest < APART * np.diff(t)), dtype=bool)
+def _told(begin: float, end: float, rate_t: FloatArray) -> bool:
+    """Whether the yaw rate was measured often enough between two headings."""
+    first, last = int(np.searchsorted(rate_t, begin, side="right")) - 1, int(np.searchsorted(rate_t, end))
+    if first < 0 or last >= len(rate_t) or last - first <= TELLS:
+        return False
+    return bool(np.diff(rate_t[first : last + 1]).max() < APART * (end - begin))
