@@ -76,15 +76,15 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     pace = pace or Pace()
     wiring = _wiring(prepared, declared)
     if wiring is None:
-        otherwise = _otherwise(prepared) if declared is None or declared.is_far else None
+        far = declared is None or declared.is_far
+        otherwise = _otherwise(prepared) if far else None
         if otherwise and otherwise.chi2 < NEAR and otherwise.declared > FAR:
             wiring = otherwise.wiring
         else:
             found = _searched(prepared, declared, None, pace)
-            off = not found.fitted.chi2_per_dof < OFF
-            return (
-                _otherwise_wired(prepared, found, otherwise or _otherwise(prepared), pace) if off else found
-            )
+            if found.fitted.chi2_per_dof < OFF:
+                return found
+            return _otherwise_wired(prepared, found, otherwise if far else _otherwise(prepared), pace)
     pace(f"taken: {wiring.active.label}")
     found = _searched(prepared, declared, wiring, pace)
     if found.fitted.chi2_per_dof < FAR:
