@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import fit_from_scratch, window_length
+from identify.base_fit import LONG, fit_from_scratch, window_length
 from identify.drive import drive
 from identify.fitted import FAR, Fitted
 from identify.left_out import joined_regularised
@@ -39,7 +39,7 @@ CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "taylor3",
 AS_GOOD = 0.02
 #: Models whose coefficients windows of a few logs could not tell; considered where whole logs are predicted.
 RICH = ("taylor_modulus",)
-#: Length of the windows that are fitted, s; less where there would not be so many of them to leave out.
+#: Length of the windows that are fitted where the long ones are ``LONG``, s; less where there would not be so many of them to leave out.
 ROUGH, LEAST_WINDOWS = 10.0, 3
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5
@@ -157,8 +157,9 @@ def _tried(trials: Sequence[Trial], name: str) -> _Tried:
 
 def _rough(prepared: Prepared) -> float:
     """Length of the windows, s: of a single short log at least three are made, so that one can be left out."""
+    rough = window_length(prepared.structure.vessel.length) * ROUGH / LONG
     longest = max(s.steps * s.h for s in prepared.identify)
-    return min(ROUGH, longest / LEAST_WINDOWS) if len(prepared.identify) == 1 else ROUGH
+    return min(rough, longest / LEAST_WINDOWS) if len(prepared.identify) == 1 else rough
 
 
 def _of_squares(name: str, terms: int, squares: Sequence[tuple[float, int]]) -> Considered:
@@ -221,19 +222,23 @@ def _left_out(prepared: Prepared, fitted: Fitted, part: list[int]) -> tuple[floa
         tolerance=tolerance,
     )
     spread = np.vstack([s.states[:, 3:6] for s in prepared.identify]).std(axis=0) + 1e-9
-    errors = [_errors(solution.structure, again.p, s, a, n) / spread for s, a, n in spans(problem, part)]
+    joined = spans(problem, part, prepared.structure.vessel.length)
+    errors = [_errors(solution.structure, again.p, s, a, n) / spread for s, a, n in joined]
     stacked = np.vstack(errors)
     capped = np.clip(np.nan_to_num(stacked, nan=CAP), -CAP, CAP)
     return float(np.sum(capped**2) / 3.0), len(capped)
 
 
-def spans(problem: Problem, part: list[int]) -> list[tuple[Stretch, int, int]]:
-    """Neighbouring windows joined to spans of about the length of a long window: stretch, first step, steps."""
+def spans(problem: Problem, part: list[int], length: float) -> list[tuple[Stretch, int, int]]:
+    """Neighbouring windows joined to spans of about the length of a long window: stretch, first step, steps.
+
+    ``length`` is the vessel's.
+    """
     joined: list[list[int]] = []
     for k in part:
         w = problem.windows[k]
         stretch = problem.stretches[w.stretch]
-        longest = window_length(1.0) / stretch.h
+        longest = window_length(length) / stretch.h
         last = joined[-1] if joined else None
         if (
             last

@@ -8,7 +8,7 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
-from identify.base_fit import SHORT, fit_from_scratch
+from identify.base_fit import LONG, SHORT, fit_from_scratch
 from identify.effect import Active, Variant
 from identify.effects.hull import ROLL_COUPLING
 from identify.fitted import FAR, NEAR
@@ -61,6 +61,18 @@ def test_a_fit_begun_with_a_known_roll_keeps_it_in_windows_that_hardly_show_it()
     assert fitted.problem.length > SHORT
     assert fitted.chi2_per_dof < NEAR
     assert structure.values(fitted.solution.p, 0)["frequency"] == pytest.approx(0.9, rel=0.01)
+
+
+def test_a_search_that_begins_near_the_noise_in_short_windows_goes_on_in_long_ones(monkeypatch):
+    looked = []
+    monkeypatch.setattr(
+        loop, "rounds", lambda fitted, *_, **__: looked.append(fitted.problem.length) or fitted
+    )
+    ship, trials = trials_of("tug", ("random", "zigzag", "circle"), 90.0, 5)
+    ready = prepare(trials, ship.model)
+    found = loop.search(ready, fit_from_scratch(ready.structure, ready.identify, length=2.0 * SHORT))
+    assert looked == [2.0 * SHORT, LONG]
+    assert found.fitted.problem.length == LONG
 
 
 @pytest.mark.parametrize(("chi2", "right"), [((1.1, 0.0), 0), ((12.0, 1.0), 1), ((12.0, 30.0), 0)])

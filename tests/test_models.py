@@ -12,7 +12,15 @@ from hypothesis import strategies as st
 from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of, trials_of
 
 from identify.choice_words import choice_in_words
-from identify.choose_model import CONSIDERED, Considered, choose_model, missing_inputs, simplest
+from identify.choose_model import (
+    CONSIDERED,
+    Considered,
+    _tried,
+    choose_model,
+    missing_inputs,
+    simplest,
+    spans,
+)
 from identify.forces import channel_names, shares, together
 from identify.models import MODEL_BY_NAME, MODELS, terms_for
 from identify.regression import factor_values
@@ -219,6 +227,16 @@ def test_auto_considers_only_models_whose_inputs_exist():
     assert [m for m in CONSIDERED if not missing_inputs(m, BOAT, MOTORS)] == ["linear", "modulus"]
     middle = (Input("n", "propeller"),)
     assert all(missing_inputs(m, BOAT, middle) for m in CONSIDERED)
+
+
+@pytest.mark.parametrize(("metres", "seconds"), [(1.0, 10.0), (7.0, 10.0), (112.0, 40.0)])
+def test_auto_fits_and_predicts_over_longer_windows_where_a_ship_answers_slowly(metres, seconds):
+    _, made = trials_of("usv", ("zigzag", "random"), 240.0, 5, validate=0)
+    ships = [replace(t, vessel=replace(t.vessel, length=metres)) for t in made]
+    tried = _tried(ships, "linear")
+    assert tried.fitted.problem.length == seconds
+    longest = max(s.h * n for s, _, n in spans(tried.fitted.problem, [0, 1, 2, 3, 4, 5], metres))
+    assert longest == pytest.approx(3.0 * seconds, rel=0.25)
 
 
 @pytest.mark.parametrize("seconds", [9.0, 25.0])

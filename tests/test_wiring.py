@@ -13,7 +13,7 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
 from identify.prepare import prepare
 from validate.candidates import wirings
-from validate.loop import OFF, Outcome, _clearly_nearer, _otherwise, _otherwise_wired, search
+from validate.loop import Outcome, _clearly_nearer, _otherwise, _otherwise_wired, search
 from validate.pace import Pace
 from validate.wiring import Wiring, better_wiring
 
@@ -74,7 +74,7 @@ def _looked_at_again(*effects):
 
 def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried():
     found, other = _looked_at_again(Effect("input_wiring", {}, None, {"swapped": ("n_port", "n_starboard")}))
-    assert found.fitted.chi2_per_dof > OFF
+    assert found.fitted.is_off
     assert other.wiring.active.variant.options["swapped"] == ("n_port", "n_starboard")
     assert other.fitted.chi2_per_dof < NEAR
     assert "input_wiring (swapped azimuth_port and azimuth_starboard)" not in other.wiring.look_alikes
@@ -100,5 +100,5 @@ def test_no_wiring_is_tried_for_what_none_would_mend():
     found, other = _looked_at_again(
         Effect("thruster_cutouts", {"depth": 0.6, "every": 15.0, "lasting": 5.0}, "n_port")
     )
-    assert found.fitted.chi2_per_dof > OFF
+    assert found.fitted.is_off
     assert other is found

@@ -14,8 +14,6 @@ from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
-from identify.stretch import Stretch
-from identify.structure import Structure
 from identify.unlogged import bent
 from identify.windows import cut
 from validate.candidates import candidates
@@ -35,10 +33,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 HOPELESSLY_FAR = 20.0
 #: A wiring that the accelerations prefer goes where the declared one leaves less than this share of the errors.
 HALF = 0.5
-#: So many wirings that are not clearly better are fitted where a search with the declared one stays ...
+#: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
-#: ... above this cost per degree of freedom, off the noise.
-OFF = 2.0
 #: So many times an effect that was taken may be exchanged for a rival.
 EXCHANGES = 3
 #: An effect whose loss would cost less than this may make up for another's wrong value.
@@ -82,7 +78,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
             wiring = otherwise.wiring
         else:
             found = _searched(prepared, declared, None, pace)
-            if found.fitted.chi2_per_dof < OFF:
+            if not found.fitted.is_off:
                 return found
             return _otherwise_wired(prepared, found, otherwise if far else _otherwise(prepared), pace)
     pace(f"taken: {wiring.active.label}")
@@ -130,7 +126,7 @@ def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise |
     pace(f"taken: {otherwise.wiring.active.label}")
     other = _searched(prepared, None, otherwise.wiring, pace)
     near = other.fitted.chi2_per_dof < FAR and _clearly_nearer(other.fitted, found.fitted)
-    return other if near else found
+    return other if near or not other.fitted.is_off else found
 
 
 def _clearly_nearer(one: Fitted, other: Fitted) -> bool:
@@ -148,8 +144,10 @@ def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None
         fine = rounds(declared, turns, pace)
     else:
         pace("a first rough fit")
-        fine = _lengthened(structure, prepared.identify, turns, pace)
-    fine = _pruned(fine, pace)
+        length = window_length(structure.vessel.length) * ROUGH / LONG
+        fine = fit_from_scratch(structure, prepared.identify, length=length)
+        fine = rounds(fine, turns, pace, enough=FAR)
+    fine = _pruned(_lengthened(fine, turns, pace), pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = _pruned(plain, pace), None
     standing = all_standing(fine, wiring, pace)
@@ -182,13 +180,9 @@ def tells(declared: Fitted) -> bool:
     return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
 
-def _lengthened(
-    structure: Structure, stretches: tuple[Stretch, ...], turns: list[Turn], pace: Pace
-) -> Fitted:
-    """Rounds over short windows, then over ever longer ones: what runs away in long ones may show in short ones."""
-    longest = window_length(structure.vessel.length)
-    length = longest * ROUGH / LONG
-    fitted = rounds(fit_from_scratch(structure, stretches, length=length), turns, pace, enough=FAR)
+def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
+    """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round."""
+    longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         length = min(2.0 * length, longest)
         fitted = at_likeliest_speed(refined(fitted, length))
