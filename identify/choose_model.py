@@ -39,7 +39,8 @@ CONSIDERED = ("zhu2019", "linear", "modulus", "blanke", "cybership2", "taylor3",
 AS_GOOD = 0.02
 #: Models whose coefficients windows of a few logs could not tell; considered where whole logs are predicted.
 RICH = ("taylor_modulus",)
-#: Length of the windows that are fitted where the long ones are ``LONG``, s; less where there would not be so many of them to leave out.
+#: Length of the windows that are fitted, s, where long ones are ``LONG``; less where there would not be so many to
+#: leave out.
 ROUGH, LEAST_WINDOWS = 10.0, 3
 #: At most so many parts are left out in turn.
 MOST_PARTS = 5

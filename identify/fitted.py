@@ -29,7 +29,8 @@ SLOW = 1.5
 class Fitted:
     """A solution with the problem and the prior that it solves.
 
-    ``refits`` are fits to fewer of the logs, each left out in turn; ``disturbed`` what shows of pushes that none logs.
+    ``refits`` are fits to fewer of the logs, each left out in turn; ``disturbed`` what shows of pushes that none logs;
+    ``wider`` (np,) how many times wider intervals are than the noise alone says (``identify.scattered``).
     """
 
     problem: Problem
@@ -37,6 +38,7 @@ class Fitted:
     solution: Solution
     refits: tuple[Refit, ...] = ()
     disturbed: Disturbed | None = None
+    wider: FloatArray | None = None
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -38,12 +38,13 @@ def covariance_of(fitted: Fitted) -> FloatArray:
     would. Between two inverses of the information stands what the scores vary by. A drift of the position is told by
     its own size and time constant where it shows (``identify.wander``). Where logs were left out in turn, far from the
     noise, it is made as large as their errors ask for (``identify.misfit``). What lies anywhere between two values
-    of an input has that uncertainty besides.
+    of an input has that uncertainty besides. Where windows were held one against the other it is as wide as they
+    scatter (``identify.scattered``).
     """
     solution = fitted.solution
     covariance = _of_noise(fitted) + np.diag(untold(solution.structure, solution.p, fitted.problem.stretches))
     if not fitted.refits:
-        return covariance
+        return covariance if fitted.wider is None else covariance * np.outer(fitted.wider, fitted.wider)
     scale = misfit_scale(solution.structure, fitted.problem.stretches, fitted.refits, covariance)
     return scale**2 * covariance
 

@@ -16,8 +16,9 @@ from identify.held_inputs import prepare_best
 from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
-from identify.report_fit import equations, make_fit
+from identify.report_fit import covariance_of, equations, make_fit
 from identify.richer_model import richer_model
+from identify.scattered import with_scatter
 from identify.whole_windows import over_whole_logs
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
@@ -192,15 +193,20 @@ def _without_waves(
 def _finished(
     declared: Fitted, after: Fitted, outcome: Outcome | None
 ) -> tuple[Fitted, Fitted, Outcome | None]:
-    """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data.
-
-    Its standard errors count what pushed the vessel without being logged.
-    """
-    whole = with_disturbances(over_whole_logs(declared))
+    """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data."""
+    whole = _sharpest(declared)
     if outcome is None or after is not outcome.fitted:
-        return whole, whole if after is declared else with_disturbances(over_whole_logs(after)), outcome
-    found = with_disturbances(over_whole_logs(after))
+        return whole, whole if after is declared else _sharpest(after), outcome
+    found = _sharpest(after)
     return whole, found, replace(outcome, fitted=found)
+
+
+def _sharpest(fitted: Fitted) -> Fitted:
+    """A fit over whole logs, its standard errors counting what pushed the vessel unlogged, and the windows' scatter."""
+    pushed = with_disturbances(fitted)
+    whole = over_whole_logs(fitted)
+    found = pushed if whole is fitted else with_disturbances(whole)
+    return with_scatter(found, pushed, covariance_of(pushed))
 
 
 def _borne_out(
