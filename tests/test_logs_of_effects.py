@@ -25,6 +25,7 @@ from validate.log_groups import in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing
 from validate.loop import Outcome
+from validate.told_logs import told_of_the_odd_logs
 
 MANOEUVRES = ("zigzag", "random", "zigzag", "random")
 
@@ -126,3 +127,20 @@ def test_where_sway_and_yaw_share_inertia_a_part_of_what_turning_does_grows(late
     own = [k for k, t in enumerate(there.table.terms) if k >= len(there.setting.terms) and t.text == "ur"]
     factors = [drive(there, found.solution.p, s).factor[own] for s in prepared.identify]
     assert [set(f) for f in factors] == [{0.0}, {1.0}, {0.0}, {0.0}]
+
+
+@pytest.mark.parametrize(
+    ("said", "form", "odd"),
+    [((1, 3), {}, (0, 2)), ((0, 1, 3), {}, (2,)), ((0, 1, 3), {"form": "whole"}, (2,)), ((0, 2), {}, (0, 2))],
+)
+def test_a_load_is_told_of_fewer_logs_and_of_as_many_the_heavier(said, form, odd):
+    effect = Effect("mass_change", {"ratio": 1.5}, options={"logs": odd, **form})
+    _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, (effect,), validate=0)
+    outcome = fitted_with(prepare(trials, "modulus"), *said, **form)
+    told = told_of_the_odd_logs(outcome)
+    structure = told.fitted.solution.structure
+    assert structure.actives[0].variant.options["logs"] == tuple(structure.setting.logs[k] for k in odd)
+    assert structure.values(told.fitted.solution.p, 0)["ratio"] == pytest.approx(1.5, abs=0.05)
+    assert told.standing[0].active == structure.actives[0]
+    assert told.fitted.solution.total == pytest.approx(outcome.fitted.solution.total, abs=2.0)
+    assert (told is outcome) == (said == odd)

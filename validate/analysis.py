@@ -30,6 +30,7 @@ from validate.scores import predictions, validation
 from validate.sure import surely
 from validate.swell import in_swell, with_waves_known, without_waves
 from validate.tables import actuator_tables, prediction_tables
+from validate.told_logs import told_of_the_odd_logs
 from validate.unseen import speak_against
 from validate.verdict import diagnose
 from validate.waves import waves_of
@@ -213,7 +214,7 @@ def _borne_out(
     prepared: Prepared, declared: Fitted, outcome: Outcome, after: Fitted
 ) -> tuple[Outcome, Fitted]:
     """What unseen logs do not speak against: all as found, in the logs that say so, else the wiring."""
-    placed = in_logs_as_they_say(outcome, prepared)
+    placed = told_of_the_odd_logs(in_logs_as_they_say(outcome, prepared))
     after = after if placed is outcome else placed.fitted
     if not speak_against(prepared, declared, after):
         return placed, after
