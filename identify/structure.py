@@ -233,6 +233,11 @@ def null_parameters(structure: Structure) -> FloatArray:
     return np.array([s.parameter.null if s.coefficient < 0 else 0.0 for s in structure.slots])
 
 
+def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
+    """The effects' parameters of ``p``, all coefficients zero."""
+    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+
+
 def scaled(parameter: Parameter, active: Active, amplitudes: dict[str, float]) -> Parameter:
     """The parameter with scale and starts in the input's own unit."""
     if not parameter.relative or active.variant.input is None:

@@ -21,8 +21,8 @@ from identify.input_sizes import LARGEST, MOST_STARTS, between, sizes_of, untold
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate.candidates import candidates
-from validate.exchange import at_likeliest_size
 from validate.refits import begun_at
+from validate.sizes import at_likeliest_size, begun_between_sizes
 
 LEVELS = np.array([0.0, 0.08, -0.12, 0.3, -0.5, 0.9])
 NEUTRAL = Variant("right", {"form": "neutral"})
@@ -85,3 +85,31 @@ def test_a_dead_band_is_taken_to_the_size_that_the_measurements_want():
     assert found.solution.p[k] == pytest.approx(0.09, abs=0.002)
     assert found.solution.total < beside.solution.total - 10.0
     assert at_likeliest_size(found).solution.p[k] == pytest.approx(found.solution.p[k], abs=0.001)
+
+
+def test_a_dead_band_far_from_its_size_is_begun_between_any_two_sizes_of_the_input():
+    """At the wrong size the hull bends to make up for it, and no step from there leads back."""
+    band = Effect("actuator_deadband", {"width": 0.13}, "rudder", {"form": "neutral"})
+    ship, trials = trials_of("usv", ("spiral", "zigzag10", "random"), 60.0, 5, (band,), validate=0)
+    prepared = prepare(trials, ship.model)
+    [active] = [a for a in candidates(prepared.structure) if a.label == "actuator_deadband (rudder, neutral)"]
+    structure = prepared.structure.with_effect(active)
+    [k] = [k for k, s in enumerate(structure.slots) if s.effect == 0]
+    p = null_parameters(structure)
+    p[k] = 0.3
+    astray = fit_from_scratch(structure, prepared.identify, p, length=10.0)
+    assert astray.is_off
+    found = begun_between_sizes(astray)
+    assert found.chi2_per_dof < 0.5 * astray.chi2_per_dof
+    sizes = sizes_of(prepared.identify, "rudder")
+    near = at_likeliest_size(found).solution.p[k]
+    assert np.count_nonzero(sizes < near) == pytest.approx(np.count_nonzero(sizes < 0.13), abs=1)
+
+
+def test_an_effect_that_asks_for_no_size_is_left_as_it_is():
+    ship, trials = trials_of("usv", ("spiral", "random"), 60.0, 5, validate=0)
+    prepared = prepare(trials, ship.model)
+    [fade] = [a for a in candidates(prepared.structure) if a.label == "thrust_fade"]
+    fitted = fit_from_scratch(prepared.structure.with_effect(fade), prepared.identify, length=10.0)
+    assert begun_between_sizes(fitted) is fitted
+    assert at_likeliest_size(fitted) is fitted

@@ -12,15 +12,12 @@ from identify.effect import Variant
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost
 from identify.regression import start_by_regression
+from identify.structure import effects_alone
 from validate.candidates import prior_of
-from validate.judgement import INDISTINCT, effects_alone
+from validate.judgement import INDISTINCT
 from validate.look_alikes import Standing
 from validate.refits import begun_at, under
 
-#: A size that an input passes is searched by steps of the first share of it, down to the second.
-WIDEST, NARROWEST = 0.08, 0.002
-#: Steps of a refit at another size.
-BUDGET = 8
 #: Speeds at which a wind that nothing measured is tried, m/s, and steps of a refit.
 SPEEDS, FOLLOWED = (2.0, 5.0, 10.0), 20
 
@@ -68,30 +65,6 @@ def _read_as(fitted: Fitted, index: int, variant: Variant) -> Fitted:
     return there if len(p) == len(s.p) else replace(there, prior=prior_of(structure, p, fitted))
 
 
-def at_likeliest_size(fitted: Fitted) -> Fitted:
-    """The fit with the size that the last effect asks an input to pass where the measurements want it.
-
-    What only asks whether an input passes a size has no slope to search along: sizes to both sides are tried, all else
-    free, at half the distance where neither is better.
-    """
-    last = fitted.solution.structure.actives[-1]
-    if not last.effect.stepwise or not last.effect.stepwise(last.variant.options):
-        return fitted
-    slots = fitted.solution.structure.slots
-    k = next(k for k, s in enumerate(slots) if s.effect == len(fitted.solution.structure.actives) - 1)
-    low, high = slots[k].parameter.bounds
-    best, share = fitted, WIDEST
-    while share > NARROWEST:
-        size = float(best.solution.p[k])
-        tried = [_at_size(best, k, min(max(size * by, low), high)) for by in (1.0 - share, 1.0 + share)]
-        nearest = min(tried, key=lambda f: f.solution.total)
-        if nearest.solution.total < best.solution.total:
-            best = nearest
-        else:
-            share *= 0.5
-    return best
-
-
 def at_likeliest_speed(fitted: Fitted) -> Fitted:
     """The fit with a wind that nothing measured at the speed that the measurements want.
 
@@ -114,13 +87,6 @@ def at_likeliest_speed(fitted: Fitted) -> Fitted:
             found = begun_at(fitted, begin, FOLLOWED)
             best = min(best, found, key=lambda f: f.solution.total)
     return best
-
-
-def _at_size(fitted: Fitted, k: int, size: float) -> Fitted:
-    p = fitted.solution.p.copy()
-    p[k] = size
-    found = begun_at(fitted, p, BUDGET)
-    return found if np.isfinite(found.solution.total) else fitted
 
 
 def as_good_as_declared(fitted: Fitted) -> Fitted | None:

@@ -16,7 +16,7 @@ from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.rough_fit import roughly
-from identify.structure import Structure
+from identify.structure import effects_alone
 from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.hidden_share import accounted_for
@@ -24,6 +24,7 @@ from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import begun_at, best_first, converges, raced, step_tolerance, target_gap, under
 from validate.score_scatter import Scatter, scatter
+from validate.sizes import begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -70,11 +71,6 @@ class Judged:
     def label(self) -> str:
         """The candidate's label."""
         return self.screened.active.label
-
-
-def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
-    """The effects' parameters of ``p``, all coefficients zero."""
-    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
 
 
 def added_parameters(without: Fitted, with_it: Fitted) -> int:
@@ -137,7 +133,7 @@ def _last(fitted: Fitted) -> str:
 
 def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
     """The better of a fit and of others begun roughly with its effects' values, under the same weights."""
-    structure, best = fitted.solution.structure, fitted
+    structure, best = fitted.solution.structure, begun_between_sizes(fitted)
     for _ in range(rounds):
         p = effects_alone(structure, best.solution.p)
         rough = roughly(structure, fitted.problem.stretches, p, min(SHORT, fitted.problem.length))

@@ -13,10 +13,10 @@ from identify.fitted import Fitted
 from identify.in_common import in_common
 from identify.noise import dispersed_cost
 from identify.output_error import solve
-from identify.structure import Structure
+from identify.structure import Structure, effects_alone
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
-from validate.judgement import INDISTINCT, effects_alone, significance
+from validate.judgement import INDISTINCT, significance
 from validate.refits import step_tolerance, under
 from validate.scan import between_log_and_hull
 from validate.score_scatter import scatter

@@ -14,11 +14,12 @@ from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.prepare import Prepared
+from identify.structure import effects_alone
 from identify.unlogged import bent
 from identify.windows import cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
-from validate.judgement import INDISTINCT, effects_alone, least_gain
+from validate.judgement import INDISTINCT, least_gain
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import Pace
 from validate.refits import step_tolerance, under

@@ -9,14 +9,16 @@ from identify.base_fit import FOLLOWS, fit_from_scratch, free_running_misfit
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
+from identify.structure import effects_alone
 from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
-from validate.exchange import at_likeliest_size, at_likeliest_speed, in_likeliest_form
-from validate.judgement import Judged, at_bound, consistent, effects_alone, judge, worthwhile
+from validate.exchange import at_likeliest_speed, in_likeliest_form
+from validate.judgement import Judged, at_bound, consistent, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
 from validate.scan import WORTH, gain_and_value
+from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known
 
 #: Candidates that are refitted in each round.

@@ -1,0 +1,75 @@
+"""The size that an input must pass: what only asks whether it does has no slope to search along."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.base_fit import SHORT, tried
+from identify.fitted import Fitted
+from identify.in_common import in_common
+from identify.input_sizes import between, sizes_of
+from identify.rough_fit import roughly
+from identify.structure import effects_alone
+from preprocess.cores import side_by_side
+from validate.refits import begun_at
+
+#: A size that an input passes is searched by steps of the first share of it, down to the second.
+WIDEST, NARROWEST = 0.08, 0.002
+#: Steps of a refit at another size, and of one that is begun anew.
+BUDGET, FOLLOWED = 8, 20
+
+
+def at_likeliest_size(fitted: Fitted) -> Fitted:
+    """The fit with the size that the last effect asks an input to pass where the measurements want it.
+
+    What only asks whether an input passes a size has no slope to search along: sizes to both sides are tried, all else
+    free, at half the distance where neither is better. Off the noise the hull may have been bent to a wrong one, and is
+    begun anew between any two sizes that the input has.
+    """
+    k = _size_of_last(fitted)
+    if k is None:
+        return fitted
+    low, high = fitted.solution.structure.slots[k].parameter.bounds
+    best, share = begun_between_sizes(fitted) if fitted.is_off else fitted, WIDEST
+    while share > NARROWEST:
+        size = float(best.solution.p[k])
+        sides = [_at_size(best, k, min(max(size * by, low), high)) for by in (1.0 - share, 1.0 + share)]
+        nearest = min(sides, key=lambda f: f.solution.total)
+        if nearest.solution.total < best.solution.total:
+            best = nearest
+        else:
+            share *= 0.5
+    return best
+
+
+def begun_between_sizes(fitted: Fitted) -> Fitted:
+    """The nearest of a fit and those begun roughly with the size of its last effect between any two of the input's."""
+    k = _size_of_last(fitted)
+    if k is None:
+        return fitted
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    known, length = effects_alone(structure, fitted.solution.p), min(SHORT, fitted.problem.length)
+
+    def begun(size: float) -> Fitted | None:
+        p = np.where(np.arange(len(known)) == k, size, known)
+        return tried(lambda: begun_at(fitted, roughly(structure, stretches, p, length), FOLLOWED))
+
+    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)))
+    found = side_by_side(begun, sizes, shared=in_common(fitted))
+    return min((f for f in (fitted, *found) if f), key=lambda f: f.solution.total)
+
+
+def _at_size(fitted: Fitted, k: int, size: float) -> Fitted:
+    p = fitted.solution.p.copy()
+    p[k] = size
+    found = begun_at(fitted, p, BUDGET)
+    return found if np.isfinite(found.solution.total) else fitted
+
+
+def _size_of_last(fitted: Fitted) -> int | None:
+    """Place of the parameter by which the last effect asks whether its input passes a size; None where none does."""
+    structure = fitted.solution.structure
+    last = structure.actives[-1]
+    if not last.effect.stepwise or not last.effect.stepwise(last.variant.options):
+        return None
+    return next(k for k, s in enumerate(structure.slots) if s.effect == len(structure.actives) - 1)
