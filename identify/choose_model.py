@@ -11,7 +11,7 @@ one that is richer than windows could tell apart, is fitted free-running, each l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,6 +94,21 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
         Where no model can be fitted.
     """
     del seed
+    choice = considered(trials)
+    return choice.name, choice.table
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which model was chosen, and what of: the table, best first, and fits over short windows near the noise."""
+
+    name: str
+    table: tuple[Considered, ...]
+    fits: Mapping[str, Fitted]
+
+
+def considered(trials: Sequence[Trial]) -> Choice:
+    """As ``choose_model``, with the fits; none where whole logs had to be asked."""
     used = [t for t in trials if t.role == "identify"]
     if not used:
         raise NotIdentifiable("no log has the role identify.")
@@ -104,7 +119,8 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
     if _far_from_noise(tried):
         tried += [_untried(used, name) for name in RICH]
         ranked = ranking([_by_whole_logs(t) for t in tried])
-    return simplest(ranked), ranked
+        return Choice(simplest(ranked), ranked, {})
+    return Choice(simplest(ranked), ranked, {t.considered.name: t.fitted for t in tried if t.fitted})
 
 
 def ranking(found: Sequence[Considered]) -> tuple[Considered, ...]:

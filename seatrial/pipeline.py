@@ -88,7 +88,7 @@ def _results(
     trials = _trials(campaign, logs, watch, by_response=not loop)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
-    name, said = chosen_model(trials, campaign.model, watch)
+    name, said = chosen_model(trials, campaign.model, watch, loop=loop)
     found = analyse(
         trials,
         model=name,
@@ -135,17 +135,27 @@ def _trials(
 
 
 def chosen_model(
-    trials: Sequence[Trial], name: str, progress: Progress = silent
+    trials: Sequence[Trial], name: str, progress: Progress = silent, *, loop: bool = False
 ) -> tuple[str, tuple[str, ...]]:
-    """The declared model, or what the data support where it is ``auto``; and what to say of that."""
+    """The declared model, or what the data support where it is ``auto``; and what to say of that.
+
+    Where effects are looked for (``loop``), a simpler model that says as much with one of them is taken.
+    """
     if name != "auto":
         return name, ()
     from identify.choice_words import choice_in_words
-    from identify.choose_model import choose_model
+    from identify.choose_model import considered
 
     progress("identify", "which model", 0.0)
-    chosen, table = choose_model(trials)
-    return chosen, (choice_in_words(chosen, table, sum(t.role == "identify" for t in trials)),)
+    choice = considered(trials)
+    said = (choice_in_words(choice.name, choice.table, sum(t.role == "identify" for t in trials)),)
+    if not loop:
+        return choice.name, said
+    from validate.simpler_model import simpler_with_an_effect
+
+    progress("identify", "whether an effect makes a simpler one do", 0.0)
+    simpler = simpler_with_an_effect(choice)
+    return (choice.name, said) if simpler is None else (simpler.name, (*said, simpler.in_words(choice.name)))
 
 
 def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent) -> list[Log]:

@@ -1,0 +1,56 @@
+"""``auto`` takes no rich model for what a single effect does to a simple one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.choose_model import Choice, Considered, considered
+from seatrial.pipeline import chosen_model
+from validate.simpler_model import _rivals, simpler_with_an_effect
+
+MANOEUVRES = ("zigzag", "random", "circle", "random")
+
+
+def rich_choice(effects=(), rich="taylor3"):
+    """The choice of a tanker's model as if the rich one had predicted best."""
+    _, trials = trials_of("tanker", MANOEUVRES, 120.0, 5, effects, validate=0)
+    choice = considered(trials)
+    table = [replace(c, error=0.5 * choice.table[0].error) if c.name == rich else c for c in choice.table]
+    return replace(choice, name=rich, table=tuple(sorted(table, key=lambda c: c.error)))
+
+
+def test_a_simple_model_with_one_effect_is_taken_before_a_rich_one_that_makes_up_for_it():
+    bias = Effect("heading_bias", {"bias": 0.05})
+    simpler = simpler_with_an_effect(rich_choice((bias,)))
+    assert simpler is not None
+    assert (simpler.name, simpler.effect) == ("blanke", "heading_bias")
+    assert "'blanke' says as much as 'taylor3' with fewer coefficients" in simpler.in_words("taylor3")
+
+
+def test_where_no_effect_is_there_the_choice_stands():
+    assert simpler_with_an_effect(rich_choice()) is None
+
+
+def test_only_simpler_models_that_predict_nearly_as_well_are_asked():
+    table = [Considered("taylor3", 42, 0.1), Considered("modulus", 15, 0.2), Considered("abkowitz", 43, 0.2),
+             Considered("blanke", 18, 0.21), Considered("linear", 12, 0.22),
+             Considered("zhu2019", 12, np.inf)]  # fmt: skip
+    fits = {c.name: None for c in table}
+    assert _rivals(Choice("taylor3", tuple(table), fits)) == ["modulus", "blanke"]
+    assert _rivals(Choice("linear", tuple(table), fits)) == []
+    assert _rivals(Choice("taylor3", tuple(table), {})) == []
+
+
+@pytest.mark.parametrize("loop", [True, False])
+def test_what_is_taken_in_place_of_the_choice_is_said(monkeypatch, loop):
+    choice = rich_choice((Effect("heading_bias", {"bias": 0.05}),))
+    monkeypatch.setattr("identify.choose_model.considered", lambda _: choice)
+    _, trials = trials_of("tanker", ("zigzag",), 30.0, 5, validate=0)
+    name, said = chosen_model(trials, "auto", loop=loop)
+    assert name == ("blanke" if loop else "taylor3")
+    assert len(said) == 1 + loop
