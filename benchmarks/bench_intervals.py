@@ -21,14 +21,13 @@ from benchmarks.blind.naming import Entry
 from benchmarks.blind.oracle import active_of, start_values
 from fixtures.blind import draw_case, write_case
 from identify.base_fit import fit_from_scratch
-from identify.disturbance import with_disturbances
 from identify.fit import Estimated, Fit
 from identify.fitted import Fitted
 from identify.held_inputs import prepare_best
 from identify.prepare import Prepared
 from identify.report_fit import make_fit
 from identify.structure import Structure, null_parameters
-from identify.whole_windows import over_whole_logs
+from identify.whole_windows import over_whole_logs, sharpest
 from ingest.errors import SeatrialError
 from validate.exchange import in_likeliest_form
 
@@ -39,7 +38,7 @@ Values = dict[tuple[int, str], float]
 
 @dataclass(frozen=True)
 class Found:
-    """One parameter of an effect: off the truth by so many standard errors, and how much these count disturbances."""
+    """One parameter of an effect: off the truth by so many standard errors, these wider than white noise has them."""
 
     name: str
     off: float
@@ -61,8 +60,8 @@ def case_of(seed: int, kind: str) -> list[Found] | None:
         return None
     structure, values = known
     begun = fit_from_scratch(structure, prepared.identify, _begun(structure, values))
-    plain = over_whole_logs(in_likeliest_form(begun))
-    return _found(values, _made(prepared, plain), _made(prepared, with_disturbances(plain)))
+    formed = in_likeliest_form(begun)
+    return _found(values, _made(prepared, over_whole_logs(formed)), _made(prepared, sharpest(formed)))
 
 
 def with_truth(prepared: Prepared, effects: Sequence[Entry]) -> tuple[Structure, Values] | None:
@@ -93,7 +92,7 @@ def _made(prepared: Prepared, fitted: Fitted) -> Fit:
 
 
 def _found(values: Values, plain: Fit, now: Fit) -> list[Found]:
-    """Errors over standard errors, and these over what they are without disturbances."""
+    """Errors over standard errors, and these over what they are without disturbances and the windows' scatter."""
     return [
         Found(f"{one.name}.{q.name}", _off(q, values[k, q.name]) / q.stderr, q.stderr / p.stderr)
         for k, (was, one) in enumerate(zip(plain.effects, now.effects, strict=True))
@@ -109,14 +108,14 @@ def _off(found: Estimated, true: float) -> float:
 
 
 def summary(found: Sequence[Found]) -> str:
-    """A row: intervals that hold, root mean square and how many times wider they are for the disturbances."""
+    """A row: intervals that hold, root mean square, and how many times wider disturbances and scatter make them."""
     off, wider = np.array([f.off for f in found]), np.array([f.wider for f in found])
     held, before = int(np.sum(np.abs(off) < 1.96)), int(np.sum(np.abs(off * wider) < 1.96))
     low, middle, high = np.percentile(wider, [10, 50, 90])
     return (
-        f"{held} of {len(off)} intervals hold ({held / len(off):.3f}), {before} without disturbances; "
+        f"{held} of {len(off)} intervals hold ({held / len(off):.3f}), {before} without disturbances and scatter; "
         f"root mean square of error over standard error {np.sqrt(np.mean(off**2)):.2f}; "
-        f"wider for disturbances {middle:.2f} times (a tenth less than {low:.2f}, a tenth more than {high:.2f})"
+        f"wider for them {middle:.2f} times (a tenth less than {low:.2f}, a tenth more than {high:.2f})"
     )
 
 

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import NEAR, Fitted
 from identify.noise import calibrated
 from identify.output_error import solve
+from identify.report_fit import covariance_of
+from identify.scattered import with_scatter
 from identify.windows import cut
+
+
+def sharpest(fitted: Fitted) -> Fitted:
+    """A fit over whole logs, its standard errors counting what pushed the vessel unlogged, and the windows' scatter."""
+    pushed = with_disturbances(fitted)
+    whole = over_whole_logs(fitted)
+    found = pushed if whole is fitted else with_disturbances(whole)
+    return with_scatter(found, pushed, covariance_of(pushed))
 
 
 def over_whole_logs(fitted: Fitted) -> Fitted:

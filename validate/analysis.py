@@ -8,7 +8,6 @@ from functools import partial
 
 import pandas as pd
 
-from identify.disturbance import with_disturbances
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.fitted import Fitted
@@ -16,10 +15,9 @@ from identify.held_inputs import prepare_best
 from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
-from identify.report_fit import covariance_of, equations, make_fit
+from identify.report_fit import equations, make_fit
 from identify.richer_model import richer_model
-from identify.scattered import with_scatter
-from identify.whole_windows import over_whole_logs
+from identify.whole_windows import sharpest
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
 from validate.logs_of_effects import in_logs_as_they_say
@@ -195,19 +193,11 @@ def _finished(
     declared: Fitted, after: Fitted, outcome: Outcome | None
 ) -> tuple[Fitted, Fitted, Outcome | None]:
     """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data."""
-    whole = _sharpest(declared)
+    whole = sharpest(declared)
     if outcome is None or after is not outcome.fitted:
-        return whole, whole if after is declared else _sharpest(after), outcome
-    found = _sharpest(after)
+        return whole, whole if after is declared else sharpest(after), outcome
+    found = sharpest(after)
     return whole, found, replace(outcome, fitted=found)
-
-
-def _sharpest(fitted: Fitted) -> Fitted:
-    """A fit over whole logs, its standard errors counting what pushed the vessel unlogged, and the windows' scatter."""
-    pushed = with_disturbances(fitted)
-    whole = over_whole_logs(fitted)
-    found = pushed if whole is fitted else with_disturbances(whole)
-    return with_scatter(found, pushed, covariance_of(pushed))
 
 
 def _borne_out(
