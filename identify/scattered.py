@@ -61,14 +61,12 @@ def _scatter(fitted: Fitted, covariance: FloatArray) -> tuple[FloatArray, FloatA
     root = _root(information)
     shares = root.T @ reduced.information @ root
     influence = _unfitted(shares, reduced.score @ root) @ root.T
-    told = np.einsum("ij,wjk,ik->wi", root, shares, root)
+    told = np.nan_to_num(np.einsum("ij,wjk,ik->wi", root, shares, root))
     scattered, said = np.sum(influence**2, axis=0), np.diag(covariance)
     ratio = np.divide(scattered, said, out=np.ones(len(said)), where=said > 0.0)
-    squares = np.maximum(np.sum(told**2, axis=0), 1e-300)
-    degrees = np.maximum(np.sum(told, axis=0) ** 2 / squares - 1.0, 0.0)
-    return np.asarray(np.nan_to_num(ratio, nan=1.0, posinf=1.0), dtype=float), np.asarray(
-        degrees, dtype=float
-    )
+    part = told / np.maximum(told.max(axis=0), 1e-300)
+    degrees = np.sum(part, axis=0) ** 2 / np.maximum(np.sum(part**2, axis=0), 1e-300) - 1.0
+    return np.nan_to_num(ratio, nan=1.0, posinf=1.0), np.maximum(degrees, 0.0)
 
 
 def _root(information: FloatArray) -> FloatArray:

@@ -45,7 +45,7 @@ def _told(fitted: Fitted, index: int) -> Fitted:
     if not others or here < others or (here == others and ratio >= 1.0):
         return fitted
     other = _of_the_others(fitted, index, logs - set(named), ratio)  # type: ignore[call-overload]
-    return other if other.solution.total < fitted.solution.total + INDISTINCT else fitted
+    return other if other.solution.cost < fitted.solution.cost + INDISTINCT else fitted
 
 
 def _of_the_others(fitted: Fitted, index: int, logs: set[str], ratio: float) -> Fitted:
