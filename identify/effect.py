@@ -164,6 +164,9 @@ class Effect:
     report : callable
         ``report(values) -> {name: value}`` where the parameters reported differ from those searched; their units are
         in ``reported``.
+    by_inverse : tuple of str
+        Values reported of which the measurements tell the inverse: a wind's speed shows in how much the vessel's own
+        changes its push, and what tells it poorly hardly bounds it from above.
     """
 
     name: str
@@ -189,6 +192,7 @@ class Effect:
     variants: Callable[[Setting], list[Variant]] = everywhere
     report: Callable[[Values], Mapping[str, float]] | None = None
     reported: Mapping[str, str] = field(default_factory=dict)
+    by_inverse: tuple[str, ...] = ()
 
 
 def read_as(*forms: str) -> Callable[[Variant], list[Variant]]:

@@ -29,6 +29,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 LARGEST_ERROR = 0.5
 #: ... and nothing is known of one whose standard error is more than so many times it: it is a number of chance.
 UNTOLD = 1e3
+#: Of a value that is known by its inverse, half the interval of that is counted as at most this share of it.
+MOST_KNOWN = 0.9
 
 
 def covariance_of(fitted: Fitted) -> FloatArray:
@@ -179,6 +181,8 @@ def fitted_effect(
     variance = jacobian @ covariance @ jacobian.T
     if active.effect.input_delay and structure.input_lead is not None and not structure.lead_is_free:
         variance = variance + structure.input_lead[1] ** 2 * np.eye(len(variance))
+    wider = _by_inverse(active, names, values, variance)
+    variance = variance * np.outer(wider, wider)
     units = _units(active, structure, mine)
     parameters = tuple(
         Estimated("", n, float(v), float(np.sqrt(max(variance[j, j], 0.0))), units.get(n, ""))
@@ -186,6 +190,13 @@ def fitted_effect(
     )
     options = {k: list(v) if isinstance(v, tuple) else v for k, v in active.variant.options.items()}
     return FittedEffect(active.effect.name, active.variant.input, parameters, options), jacobian
+
+
+def _by_inverse(active: Active, names: list[str], values: FloatArray, variance: FloatArray) -> FloatArray:
+    """Factors (k,) on standard errors: where an inverse is known, 1.96 of them reach the far end of its interval."""
+    said = np.sqrt(np.maximum(np.diag(variance), 0.0))
+    share = np.minimum(1.96 * said / np.maximum(np.abs(values), 1e-300), MOST_KNOWN)
+    return np.where([n in active.effect.by_inverse for n in names], 1.0 / (1.0 - share), 1.0)
 
 
 def _units(active: Active, structure: Structure, mine: list[int]) -> dict[str, str]:

@@ -70,6 +70,7 @@ WIND_UNSEEN = Effect(
     variants=lambda s: [] if s.wind_logged else [Variant()],
     report=lambda p: _polar(p, "north", "east", comes_from=True),
     reported={"speed": "m/s", "direction": "rad"},
+    by_inverse=("speed",),
 )  # fmt: skip
 
 
