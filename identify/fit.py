@@ -70,7 +70,8 @@ class Fit:
     effects : tuple of FittedEffect
         The effects added; empty for the declared model alone.
     covariance : (p, p)
-        Of the coefficients followed by the effects' parameters, in that order.
+        Of the coefficients followed by the effects' parameters, in that order; to first order, where a parameter's own
+        ``stderr`` reaches the far end of an interval that has two unequal sides.
     chi2_per_dof : float
         Squared residuals over the sensors' own noise, per degree of freedom: 1 where the model lacks nothing.
     stopped : str

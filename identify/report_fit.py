@@ -194,9 +194,11 @@ def fitted_effect(
 
 def _by_inverse(active: Active, names: list[str], values: FloatArray, variance: FloatArray) -> FloatArray:
     """Factors (k,) on standard errors: where an inverse is known, 1.96 of them reach the far end of its interval."""
-    said = np.sqrt(np.maximum(np.diag(variance), 0.0))
-    share = np.minimum(1.96 * said / np.maximum(np.abs(values), 1e-300), MOST_KNOWN)
-    return np.where([n in active.effect.by_inverse for n in names], 1.0 / (1.0 - share), 1.0)
+    wider = np.ones(len(names))
+    for k in (names.index(n) for n in active.effect.by_inverse):
+        half, size = 1.96 * float(np.sqrt(max(variance[k, k], 0.0))), abs(float(values[k]))
+        wider[k] = 1.0 / (1.0 - (half / size if half < MOST_KNOWN * size else MOST_KNOWN))
+    return wider
 
 
 def _units(active: Active, structure: Structure, mine: list[int]) -> dict[str, str]:

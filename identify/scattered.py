@@ -40,8 +40,7 @@ def with_scatter(fitted: Fitted, windowed: Fitted, covariance: FloatArray) -> Fi
     covariance : (np, np)
         Of the parameters of ``windowed``, as the noise has it.
     """
-    windows = len(windowed.problem.windows)
-    if fitted.refits or windows < 2 or not windowed.chi2_per_dof < FAR:
+    if fitted.refits or not windowed.chi2_per_dof < FAR:
         return fitted
     ratio, degrees = _scatter(windowed, covariance)
     variance = np.maximum(1.0, (EXPECTED + degrees * ratio) / (EXPECTED + degrees))
@@ -52,26 +51,33 @@ def with_scatter(fitted: Fitted, windowed: Fitted, covariance: FloatArray) -> Fi
 def _scatter(fitted: Fitted, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Variance (np,) of each parameter by its windows' scores over that of the covariance, and degrees of freedom.
 
-    These are as many as windows, where all tell as much of the parameter (Satterthwaite 1946).
+    These are one less than windows, where all tell as much of the parameter (Satterthwaite 1946). Of numbers that are
+    not finite nothing is said.
     """
     problem, s = fitted.problem, fitted.solution
+    nothing = np.ones(len(s.p)), np.zeros(len(s.p))
     now = moments(problem, s.structure, s.p, s.first)
     reduced = reduce(now.matrices, s.first, first_states(problem), state_precision(s.structure))
     information = reduced.information.sum(axis=0) + np.diag(1.0 / fitted.prior.sd**2)
+    if not np.isfinite(information).all() or len(problem.windows) < 2:
+        return nothing
     root = _root(information)
     shares = root.T @ reduced.information @ root
     influence = _unfitted(shares, reduced.score @ root) @ root.T
-    told = np.nan_to_num(np.einsum("ij,wjk,ik->wi", root, shares, root))
+    told = np.maximum(np.einsum("ij,wjk,ik->wi", root, shares, root), 0.0)
     scattered, said = np.sum(influence**2, axis=0), np.diag(covariance)
     ratio = np.divide(scattered, said, out=np.ones(len(said)), where=said > 0.0)
     part = told / np.maximum(told.max(axis=0), 1e-300)
     degrees = np.sum(part, axis=0) ** 2 / np.maximum(np.sum(part**2, axis=0), 1e-300) - 1.0
-    return np.nan_to_num(ratio, nan=1.0, posinf=1.0), np.maximum(degrees, 0.0)
+    return np.nan_to_num(ratio, nan=1.0, posinf=1.0), np.maximum(np.nan_to_num(degrees), 0.0)
 
 
 def _root(information: FloatArray) -> FloatArray:
     """Matrix (np, np) whose product with its own transpose is the inverse of an information matrix."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.divide(
+        1.0, size, out=np.zeros(len(size)), where=size > 1e-150
+    )  # what nothing tells of says nothing
     values, vectors = np.linalg.eigh(information * scale * scale[:, None])
     return np.asarray(scale[:, None] * vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1])), dtype=float)
 

@@ -15,7 +15,7 @@ from identify.windows import cut
 
 
 def sharpest(fitted: Fitted) -> Fitted:
-    """A fit over whole logs, its standard errors counting what pushed the vessel unlogged, and the windows' scatter."""
+    """A fit, at the noise over whole logs; its errors count what pushed the vessel unlogged, and windows' scatter."""
     pushed = with_disturbances(fitted)
     whole = over_whole_logs(fitted)
     found = pushed if whole is fitted else with_disturbances(whole)

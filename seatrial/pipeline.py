@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
 from seatrial.results_folder import check_replaceable, in_place
-from validate.diagnosis import Results
+from validate.diagnosis import Diagnosis, Results
 
 #: Logs of less than this in all are read faster here than in processes of their own, bytes.
 WORTH_PROCESSES = 50_000_000
@@ -88,10 +88,10 @@ def _results(
     trials = _trials(campaign, logs, watch, by_response=not loop)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
-    name, said = chosen_model(trials, campaign.model, watch, loop=loop)
-    found = analyse(
+    chosen = chosen_model(trials, campaign.model, watch, loop=loop)
+    analysed = partial(
+        analyse,
         trials,
-        model=name,
         estimator=campaign.estimator,
         optimiser=campaign.optimiser,
         seed=seed,
@@ -100,6 +100,11 @@ def _results(
         grows=campaign.model == "auto",
         progress=watch,
     )
+    found = analysed(model=chosen.name)
+    if chosen.other and chosen.needs not in _names(found.diagnosis):
+        chosen = chosen.other
+        found = analysed(model=chosen.name)
+    name, said = chosen.name, chosen.said
     if found.before.model != name:
         said = (
             *said,
@@ -122,6 +127,11 @@ def _results(
     )
 
 
+def _names(diagnosis: Diagnosis | None) -> set[str]:
+    """Names of the effects that were found."""
+    return {e.fitted.name for e in diagnosis.effects} if diagnosis else set()
+
+
 def _trials(
     campaign: Campaign, logs: Sequence[Log], watch: Stopwatch, by_response: bool
 ) -> tuple[Trial, ...]:
@@ -134,28 +144,42 @@ def _trials(
         )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class ChosenModel:
+    """The declared model or the one that was chosen, what to say of that, and which other where it lacks ``needs``."""
+
+    name: str
+    said: tuple[str, ...] = ()
+    needs: str = ""
+    other: ChosenModel | None = None
+
+
 def chosen_model(
     trials: Sequence[Trial], name: str, progress: Progress = silent, *, loop: bool = False
-) -> tuple[str, tuple[str, ...]]:
-    """The declared model, or what the data support where it is ``auto``; and what to say of that.
+) -> ChosenModel:
+    """The declared model, or what the data support where it is ``auto``.
 
-    Where effects are looked for (``loop``), a simpler model that says as much with one of them is taken.
+    Where effects are looked for (``loop``), a simpler model that says as much with one of them is taken; the other
+    where that effect is then not found.
     """
     if name != "auto":
-        return name, ()
+        return ChosenModel(name)
     from identify.choice_words import choice_in_words
     from identify.choose_model import considered
 
     progress("identify", "which model", 0.0)
     choice = considered(trials)
-    said = (choice_in_words(choice.name, choice.table, sum(t.role == "identify" for t in trials)),)
+    said = choice_in_words(choice.name, choice.table, sum(t.role == "identify" for t in trials))
+    chosen = ChosenModel(choice.name, (said,))
     if not loop:
-        return choice.name, said
+        return chosen
     from validate.simpler_model import simpler_with_an_effect
 
     progress("identify", "whether an effect makes a simpler one do", 0.0)
     simpler = simpler_with_an_effect(choice)
-    return (choice.name, said) if simpler is None else (simpler.name, (*said, simpler.in_words(choice.name)))
+    if simpler is None:
+        return chosen
+    return ChosenModel(simpler.name, (said, simpler.in_words(choice.name)), simpler.effect, chosen)
 
 
 def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent) -> list[Log]:

@@ -65,10 +65,16 @@ def test_windows_that_scatter_more_than_the_covariance_widen_each_parameter_by_a
     assert narrow[ratio > 0.5].min() > 1.5
 
 
-def test_far_from_the_noise_and_with_one_window_nothing_is_said():
+def test_one_window_says_nothing_of_scatter_and_is_the_least_sure():
+    _, trials = trials_of("usv", ("random",), 90.0, 3, validate=0)
+    prepared = prepare(trials, "modulus")
+    alone = fit_from_scratch(prepared.structure, prepared.identify, length=1e3)
+    assert len(alone.problem.windows) == 1
+    wider = with_scatter(alone, alone, covariance_of(alone)).wider
+    assert wider == pytest.approx(stats.t.ppf(0.975, EXPECTED) / stats.norm.ppf(0.975))
+
+
+def test_far_from_the_noise_nothing_is_said():
     fitted = fit()
-    covariance = covariance_of(fitted)
-    alone = replace(fitted, problem=replace(fitted.problem, windows=fitted.problem.windows[:1]))
-    assert with_scatter(fitted, alone, covariance).wider is None
-    far = replace(fitted.solution, cost=np.inf)
-    assert with_scatter(fitted, replace(fitted, solution=far), covariance).wider is None
+    far = replace(fitted, solution=replace(fitted.solution, cost=np.inf))
+    assert with_scatter(fitted, far, covariance_of(fitted)).wider is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace as Named
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.choose_model import Choice, Considered, considered
-from seatrial.pipeline import chosen_model
+from seatrial import pipeline
+from seatrial.pipeline import ChosenModel, chosen_model
+from seatrial.progress import Stopwatch, silent
 from validate.simpler_model import _rivals, simpler_with_an_effect
 
 MANOEUVRES = ("zigzag", "random", "circle", "random")
@@ -51,6 +54,35 @@ def test_what_is_taken_in_place_of_the_choice_is_said(monkeypatch, loop):
     choice = rich_choice((Effect("heading_bias", {"bias": 0.05}),))
     monkeypatch.setattr("identify.choose_model.considered", lambda _: choice)
     _, trials = trials_of("tanker", ("zigzag",), 30.0, 5, validate=0)
-    name, said = chosen_model(trials, "auto", loop=loop)
-    assert name == ("blanke" if loop else "taylor3")
-    assert len(said) == 1 + loop
+    chosen = chosen_model(trials, "auto", loop=loop)
+    assert chosen.name == ("blanke" if loop else "taylor3")
+    assert len(chosen.said) == 1 + loop
+    assert chosen.needs == ("heading_bias" if loop else "")
+    assert (chosen.other.name if chosen.other else None) == ("taylor3" if loop else None)
+
+
+@pytest.mark.parametrize("found", ["heading_bias", "current"])
+def test_a_simpler_model_stands_only_with_the_effect_for_which_it_was_taken(monkeypatch, found):
+    other = ChosenModel("taylor3", ("a choice",))
+    simpler = ChosenModel("blanke", ("a choice", "an effect"), "heading_bias", other)
+    asked = []
+
+    def analyse(trials, model, **_):
+        asked.append(model)
+        fit = Named(model=model, notes=())
+        effects = (Named(fitted=Named(name=found)),)
+        return Named(
+            before=fit, after=fit, validation_before=None, validation_after=None, predictions={},
+            diagnosis=Named(effects=effects), actuators={}, equations=(), papers=(),
+        )  # fmt: skip
+
+    monkeypatch.setattr("validate.analysis.analyse", analyse)
+    monkeypatch.setattr(pipeline, "chosen_model", lambda *_, **__: simpler)
+    monkeypatch.setattr(pipeline, "read_logs", lambda *_: [])
+    monkeypatch.setattr(pipeline, "_trials", lambda *_, **__: ())
+    monkeypatch.setattr(pipeline, "replace", lambda fit, notes: Named(model=fit.model, notes=notes))
+    campaign = Named(path="c", model="auto", estimator="auto", optimiser="auto")
+    results = pipeline._results(campaign, 1, 0, True, 0.1, Stopwatch(silent))
+    stands = found == "heading_bias"
+    assert asked == (["blanke"] if stands else ["blanke", "taylor3"])
+    assert results.before.notes == (("a choice", "an effect") if stands else ("a choice",))

@@ -208,8 +208,8 @@ def _borne_out(
     after = after if placed is outcome else placed.fitted
     if not speak_against(prepared, declared, after):
         return placed, after
-    kept = outcome.standing[: 1 if outcome.wiring else 0]
-    refuted = tuple(t.active.label for t in outcome.standing[len(kept) :])
+    kept = placed.standing[: 1 if outcome.wiring else 0]
+    refuted = tuple(t.active.label for t in placed.standing[len(kept) :])
     after = _rewired(prepared, outcome) if outcome.wiring else declared
     return replace(outcome, standing=kept, refuted=refuted), after
 

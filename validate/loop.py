@@ -8,11 +8,8 @@ from functools import partial
 import numpy as np
 
 from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
-from identify.drive import drive
-from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
-from identify.noise import dispersed_cost, recalibrated
-from identify.output_error import solve
+from identify.noise import dispersed_cost
 from identify.prepare import Prepared
 from identify.structure import effects_alone
 from identify.unlogged import bent
@@ -22,7 +19,7 @@ from validate.exchange import as_good_as_declared, at_likeliest_speed, better_ri
 from validate.judgement import INDISTINCT, least_gain
 from validate.look_alikes import Standing, dropped, loss_without, standing
 from validate.pace import Pace
-from validate.refits import step_tolerance, under
+from validate.refits import refined, under
 from validate.rounds import Turn, astray, rounds, settled
 from validate.scan import best_value
 from validate.score_scatter import scatter
@@ -142,13 +139,13 @@ def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     turns: list[Turn] = []
     if declared is not None and not wiring and tells(declared):
-        fine = rounds(declared, turns, pace)
+        fine = _gone_on_with(declared, turns, pace)
     else:
         pace("a first rough fit")
         length = window_length(structure.vessel.length) * ROUGH / LONG
         fine = fit_from_scratch(structure, prepared.identify, length=length)
-        fine = rounds(fine, turns, pace, enough=FAR)
-    fine = _pruned(_lengthened(fine, turns, pace), pace)
+        fine = _lengthened(rounds(fine, turns, pace, enough=FAR), turns, pace)
+    fine = _pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = _pruned(plain, pace), None
     standing = all_standing(fine, wiring, pace)
@@ -181,6 +178,22 @@ def tells(declared: Fitted) -> bool:
     return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
 
+def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
+    """Rounds from a fit near the noise, in longer windows too where it had run away, unless rounded inputs bend those.
+
+    What is far from the noise there once more is left as it was in the shorter ones.
+    """
+    near = rounds(declared, turns, pace)
+    longest = window_length(near.solution.structure.vessel.length)
+    if (
+        not near.problem.length < longest
+        or bent(cut(near.problem.stretches, longest).weighted_as(near.problem)) > 1.0
+    ):
+        return near
+    longer = _lengthened(near, turns, pace)
+    return longer if longer.chi2_per_dof < FAR else near
+
+
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round."""
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
@@ -207,25 +220,6 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
-
-
-def refined(fitted: Fitted, length: float) -> Fitted:
-    """The same structure on windows of another length, weights from its own errors."""
-    structure, p = fitted.solution.structure, fitted.solution.p
-    problem = cut(fitted.problem.stretches, length)
-    problem = problem.weighted_as(fitted.problem)
-    current = drive(structure, p, problem.stretches[0]).current
-    solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
-    if not np.isfinite(solution.cost):
-        return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
-    for _ in range(2):
-        problem = recalibrated(problem, solution)
-        tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
-        solution = solve(
-            problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),
-            budget=20, tolerance=tolerance,
-        )  # fmt: skip
-    return Fitted(problem, fitted.prior, solution)
 
 
 def _pruned(fitted: Fitted, pace: Pace) -> Fitted:

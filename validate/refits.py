@@ -8,16 +8,18 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import SHORT
+from identify.base_fit import SHORT, fit_from_scratch
+from identify.drive import drive
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.in_common import in_common
+from identify.noise import recalibrated
 from identify.output_error import Solution, Stopped, solve
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
-from identify.structure import Structure
-from identify.windows import Problem
+from identify.structure import Structure, effects_alone
+from identify.windows import Problem, cut
 from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
@@ -235,3 +237,22 @@ def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
         problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
     )
     return replace(fitted, problem=problem, solution=solution)
+
+
+def refined(fitted: Fitted, length: float) -> Fitted:
+    """The same structure on windows of another length, weights from its own errors."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    problem = cut(fitted.problem.stretches, length)
+    problem = problem.weighted_as(fitted.problem)
+    current = drive(structure, p, problem.stretches[0]).current
+    solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
+    if not np.isfinite(solution.cost):
+        return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
+    for _ in range(2):
+        problem = recalibrated(problem, solution)
+        tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
+        solution = solve(
+            problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),
+            budget=20, tolerance=tolerance,
+        )  # fmt: skip
+    return Fitted(problem, fitted.prior, solution)

@@ -9,11 +9,13 @@ models have are no effects here.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from identify.base_fit import tried
 from identify.choose_model import Choice
-from identify.fitted import Fitted
+from identify.fitted import FAR, Fitted
 from identify.noise import dispersed_cost, recalibrated
 from validate.candidates import candidates, screen
 from validate.refits import refit, under
@@ -26,15 +28,16 @@ FINALISTS = 2
 
 @dataclass(frozen=True)
 class Simpler:
-    """A simpler model, and the effect with which it says as much as the chosen one."""
+    """A simpler model, and the effect with which it says as much as the chosen one: its name, and where it is."""
 
     name: str
     effect: str
+    label: str
 
     def in_words(self, chosen: str) -> str:
         """What the report says of it."""
         return (
-            f"With the effect {self.effect}, '{self.name}' says as much as '{chosen}' with fewer coefficients: "
+            f"With the effect {self.label}, '{self.name}' says as much as '{chosen}' with fewer coefficients: "
             f"it was taken in its place."
         )
 
@@ -46,13 +49,14 @@ def simpler_with_an_effect(choice: Choice) -> Simpler | None:
         return None
     ways = {name: _ways(choice.fits[name]) for name in (choice.name, *rivals)}
     nearest = min((f for fits in ways.values() for f in fits), key=lambda f: f.chi2_per_dof)
+    if not nearest.chi2_per_dof < FAR:
+        return None
     problem = recalibrated(nearest.problem, nearest.solution)
-    scale = max(1.0, nearest.chi2_per_dof)
 
     def score(fitted: Fitted) -> float:
         there = under(problem, fitted)
         counted = float(np.log(problem.rows)) * len(fitted.solution.p)
-        return dispersed_cost(problem, there.solution) / scale + counted
+        return dispersed_cost(problem, there.solution) + counted
 
     scores = {name: [score(f) for f in fits] for name, fits in ways.items()}
     least = {name: min(s) for name, s in scores.items()}
@@ -60,19 +64,22 @@ def simpler_with_an_effect(choice: Choice) -> Simpler | None:
     with_it = int(np.argmin(scores[best]))
     if best == choice.name or with_it == 0:
         return None
-    return Simpler(best, ways[best][with_it].solution.structure.actives[-1].label)
+    active = ways[best][with_it].solution.structure.actives[-1]
+    return Simpler(best, active.effect.name, active.label)
 
 
 def _rivals(choice: Choice) -> list[str]:
     """Models with fewer terms than the chosen one that predict nearly as well, the best first."""
+    if choice.name not in choice.fits:
+        return []
     chosen = next(c for c in choice.table if c.name == choice.name)
     near = [c for c in choice.table if c.error <= NEARLY * chosen.error and c.terms < chosen.terms]
-    return [c.name for c in near if c.name in choice.fits][:MOST_RIVALS] if choice.name in choice.fits else []
+    return [c.name for c in near if c.name in choice.fits][:MOST_RIVALS]
 
 
 def _ways(fitted: Fitted) -> list[Fitted]:
     """A model as it is, and with each of the effects that promise most."""
-    effects = [
-        a for a in candidates(fitted.solution.structure) if a.effect.parameters or a.effect.place != "hull"
-    ]
-    return [fitted, *(refit(fitted, s) for s in screen(fitted, effects)[:FINALISTS])]
+    every = candidates(fitted.solution.structure)
+    effects = [a for a in every if a.effect.parameters or a.effect.place != "hull"]
+    most = screen(fitted, effects)[:FINALISTS]
+    return [fitted, *(f for s in most if (f := tried(partial(refit, fitted, s))))]

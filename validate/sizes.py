@@ -69,7 +69,7 @@ def _at_size(fitted: Fitted, k: int, size: float) -> Fitted:
 def _size_of_last(fitted: Fitted) -> int | None:
     """Place of the parameter by which the last effect asks whether its input passes a size; None where none does."""
     structure = fitted.solution.structure
-    last = structure.actives[-1]
-    if not last.effect.stepwise or not last.effect.stepwise(last.variant.options):
+    last = structure.actives[-1] if structure.actives else None
+    if last is None or not last.effect.stepwise or not last.effect.stepwise(last.variant.options):
         return None
     return next(k for k, s in enumerate(structure.slots) if s.effect == len(structure.actives) - 1)

@@ -10,10 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.effects.sensors import MASS_CHANGE
+from identify.effect import Active
+from identify.effects.sensors import MASS_CHANGE, loading_of
 from identify.fitted import Fitted
+from identify.noise import dispersed_cost
 from validate.judgement import INDISTINCT
 from validate.log_groups import free_in_logs, in_logs
+from validate.look_alikes import Standing
 from validate.loop import Outcome
 from validate.refits import under
 
@@ -28,36 +31,50 @@ def told_of_the_odd_logs(outcome: Outcome) -> Outcome:
             fitted = _told(fitted, index)
     if fitted is outcome.fitted:
         return outcome
-    new = dict(zip(_labels(outcome.fitted), fitted.solution.structure.actives, strict=True))
-    standing = tuple(replace(s, active=new.get(s.active.label, s.active)) for s in outcome.standing)
+    before, after = (f.solution.structure.actives for f in (outcome.fitted, fitted))
+    new = {b.label: a for b, a in zip(before, after, strict=True)}
+    known = {s.name for s in fitted.problem.stretches}
+    standing = tuple(_renamed(s, new.get(s.active.label, s.active), known) for s in outcome.standing)
     return replace(outcome, fitted=fitted, standing=standing)
 
 
-def _labels(fitted: Fitted) -> list[str]:
-    return [a.label for a in fitted.solution.structure.actives]
+def _renamed(standing: Standing, active: Active, known: set[str]) -> Standing:
+    """What stands under its new name, which is none of its own look-alikes: in the logs of the fit they are one."""
+    if active is standing.active:
+        return standing
+    seen = tuple(n for n in _option(active) if n in known)
+    variant = replace(active.variant, options={**active.variant.options, "logs": seen})
+    own = {active.label, replace(active, variant=variant).label}
+    others = tuple(a for a in standing.look_alikes if a not in own)
+    return replace(standing, active=active, look_alikes=others)
 
 
 def _told(fitted: Fitted, index: int) -> Fitted:
     structure = fitted.solution.structure
-    logs, named = set(structure.setting.logs), structure.actives[index].variant.options["logs"]
+    logs, named = set(structure.setting.logs), set(_option(structure.actives[index]))
+    known = {s.name for s in fitted.problem.stretches}
     ratio = structure.values(fitted.solution.p, index)["ratio"]
-    here, others = len(logs & set(named)), len(logs - set(named))  # type: ignore[call-overload]
-    if not others or here < others or (here == others and ratio >= 1.0):
+    odd, even = len(known & named), len(known - named)
+    if not even or odd < even or (odd == even and ratio >= 1.0):
         return fitted
-    other = _of_the_others(fitted, index, logs - set(named), ratio)  # type: ignore[call-overload]
-    return other if other.solution.cost < fitted.solution.cost + INDISTINCT else fitted
+    other = _of_the_others(fitted, index, logs - named, ratio)
+    here, there = (dispersed_cost(f.problem, f.solution) - f.solution.penalty for f in (fitted, other))
+    return other if there < here + INDISTINCT else fitted
+
+
+def _option(active: Active) -> tuple[str, ...]:
+    logs = active.variant.options["logs"]
+    return logs if isinstance(logs, tuple) else ()
 
 
 def _of_the_others(fitted: Fitted, index: int, logs: set[str], ratio: float) -> Fitted:
     """The same vessel with coefficients as they are in the logs that were named so far."""
     there = in_logs(fitted, index, logs)
     structure, p = there.solution.structure, fitted.solution.p.copy()
-    active = structure.actives[index]
-    if active.effect.loading is not None:
-        by = active.effect.loading({"ratio": ratio}, active.variant.options)
-        layout = structure.layout
-        factor = np.where(layout.inertial, by.inertial, np.where(layout.vessel, by.others, 1.0))
-        p[structure.simple] *= factor[layout.plain]
+    active, layout = structure.actives[index], structure.layout
+    by = loading_of({"ratio": ratio}, active.variant.options)
+    factor = np.where(layout.inertial, by.inertial, np.where(layout.vessel, by.others, 1.0))
+    p[structure.simple] *= factor[layout.plain]
     (own,) = (k for k, s in enumerate(structure.slots) if s.effect == index)
     p[own] = 1.0 / ratio
     begun = replace(there, solution=replace(there.solution, p=p))

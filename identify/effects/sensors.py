@@ -98,7 +98,7 @@ def _other_load(setting: Setting) -> list[Variant]:
     return [Variant(options={"logs": group}) for group in found.values()]
 
 
-def _lighter(values: Values, options: Mapping[str, object]) -> Loading:
+def loading_of(values: Values, options: Mapping[str, object]) -> Loading:
     """Coriolis terms are inertial themselves, and stay; in the whole form the model's terms are forces, all of them."""
     others = 1.0 / values["ratio"]
     return Loading(inertial=others if options.get("form") == "whole" else 1.0, others=others)
@@ -111,7 +111,7 @@ MASS_CHANGE = Effect(
     "Load, fuel, flooding; draught marks before each run.",
     "Fossen 2011, sec. 3.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
-    loading=_lighter,
+    loading=loading_of,
     forms=read_as("whole"),
     variants=_other_load,
 )  # fmt: skip
