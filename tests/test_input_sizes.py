@@ -68,17 +68,23 @@ def test_a_slack_linkage_is_not_so():
     assert not untold(structure, p, [at_levels()]).any()
 
 
-def test_a_dead_band_is_taken_to_the_size_that_the_measurements_want():
-    """A rudder that moves through all sizes: a width has no slope, and a search from beside it stays beside it."""
-    band = Effect("actuator_deadband", {"width": 0.09}, "rudder", {"form": "neutral"})
-    suite = Suite(measured=True)
-    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag10"), 60.0, 5, (band,), suite=suite)
+def with_dead_band(ship, trials, width):
+    """Prepared trials, a structure with a dead band of the rudder, its parameters, and where the width is."""
     prepared = prepare(trials, ship.model)
     [active] = [a for a in candidates(prepared.structure) if a.label == "actuator_deadband (rudder, neutral)"]
     structure = prepared.structure.with_effect(active)
     [k] = [k for k, s in enumerate(structure.slots) if s.effect == 0]
     p = null_parameters(structure)
-    p[k] = 0.09
+    p[k] = width
+    return prepared, structure, p, k
+
+
+def test_a_dead_band_is_taken_to_the_size_that_the_measurements_want():
+    """A rudder that moves through all sizes: a width has no slope, and a search from beside it stays beside it."""
+    band = Effect("actuator_deadband", {"width": 0.09}, "rudder", {"form": "neutral"})
+    suite = Suite(measured=True)
+    ship, trials = trials_of("usv", ("zigzag", "random", "zigzag10"), 60.0, 5, (band,), suite=suite)
+    prepared, structure, p, k = with_dead_band(ship, trials, 0.09)
     fitted = fit_from_scratch(structure, prepared.identify, p)
     beside = begun_at(fitted, np.where(np.arange(len(p)) == k, 0.097, fitted.solution.p), 20)
     found = at_likeliest_size(beside)
@@ -91,12 +97,7 @@ def test_a_dead_band_far_from_its_size_is_begun_between_any_two_sizes_of_the_inp
     """At the wrong size the hull bends to make up for it, and no step from there leads back."""
     band = Effect("actuator_deadband", {"width": 0.13}, "rudder", {"form": "neutral"})
     ship, trials = trials_of("usv", ("spiral", "zigzag10", "random"), 60.0, 5, (band,), validate=0)
-    prepared = prepare(trials, ship.model)
-    [active] = [a for a in candidates(prepared.structure) if a.label == "actuator_deadband (rudder, neutral)"]
-    structure = prepared.structure.with_effect(active)
-    [k] = [k for k, s in enumerate(structure.slots) if s.effect == 0]
-    p = null_parameters(structure)
-    p[k] = 0.3
+    prepared, structure, p, k = with_dead_band(ship, trials, 0.3)
     astray = fit_from_scratch(structure, prepared.identify, p, length=10.0)
     assert astray.is_off
     found = begun_between_sizes(astray)
