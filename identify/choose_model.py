@@ -100,7 +100,7 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
 
 @dataclass(frozen=True)
 class Choice:
-    """Which model was chosen, and what of: the table, best first, and fits over short windows near the noise."""
+    """Which model was chosen, and what of: the table, best first, and the fits over short windows that it rests on."""
 
     name: str
     table: tuple[Considered, ...]

@@ -40,7 +40,7 @@ def with_scatter(fitted: Fitted, windowed: Fitted, covariance: FloatArray) -> Fi
     covariance : (np, np)
         Of the parameters of ``windowed``, as the noise has it.
     """
-    if fitted.refits or not windowed.chi2_per_dof < FAR:
+    if not windowed.chi2_per_dof < FAR:
         return fitted
     ratio, degrees = _scatter(windowed, covariance)
     variance = np.maximum(1.0, (EXPECTED + degrees * ratio) / (EXPECTED + degrees))
@@ -77,7 +77,7 @@ def _root(information: FloatArray) -> FloatArray:
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     scale = np.divide(
         1.0, size, out=np.zeros(len(size)), where=size > 1e-150
-    )  # what nothing tells of says nothing
+    )  # of what nothing tells, nothing
     values, vectors = np.linalg.eigh(information * scale * scale[:, None])
     return np.asarray(scale[:, None] * vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1])), dtype=float)
 

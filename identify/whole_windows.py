@@ -19,7 +19,7 @@ def sharpest(fitted: Fitted) -> Fitted:
     pushed = with_disturbances(fitted)
     whole = over_whole_logs(fitted)
     found = pushed if whole is fitted else with_disturbances(whole)
-    return with_scatter(found, pushed, covariance_of(pushed))
+    return found if found.refits else with_scatter(found, pushed, covariance_of(pushed))
 
 
 def over_whole_logs(fitted: Fitted) -> Fitted:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -144,3 +145,14 @@ def test_a_load_is_told_of_fewer_logs_and_of_as_many_the_heavier(said, form, odd
     assert told.standing[0].active == structure.actives[0]
     assert told.fitted.solution.total == pytest.approx(outcome.fitted.solution.total, abs=2.0)
     assert (told is outcome) == (said == odd)
+
+
+def test_what_is_told_of_the_odd_log_is_no_look_alike_of_itself():
+    effect = Effect("mass_change", {"ratio": 1.5}, options={"logs": (2,)})
+    _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, (effect,), validate=0)
+    outcome = fitted_with(prepare(trials, "modulus"), 0, 1, 3)
+    odd = f"mass_change ({outcome.fitted.solution.structure.setting.logs[2]})"
+    alike = replace(outcome.standing[0], look_alikes=(odd, "thrust_fade"))
+    told = told_of_the_odd_logs(replace(outcome, standing=(alike,)))
+    assert told.standing[0].active.label == odd
+    assert told.standing[0].look_alikes == ("thrust_fade",)

@@ -75,6 +75,22 @@ def test_a_search_that_begins_near_the_noise_in_short_windows_goes_on_in_long_on
     assert found.fitted.problem.length == LONG
 
 
+@pytest.mark.parametrize("chi2", [1.5, 50.0])
+def test_what_longer_windows_throw_far_off_stays_in_the_shorter_ones_and_its_rounds_are_not_told(
+    monkeypatch, chi2
+):
+    ship, trials = trials_of("tug", ("random", "zigzag", "circle"), 90.0, 5)
+    ready = prepare(trials, ship.model)
+    declared = fit_from_scratch(ready.structure, ready.identify, length=2.0 * SHORT)
+    longer = SimpleNamespace(chi2_per_dof=chi2)
+    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _: turns.append("short") or fitted)
+    monkeypatch.setattr(loop, "_lengthened", lambda _fitted, turns, _pace: turns.append("long") or longer)
+    turns = []
+    found = loop._gone_on_with(declared, turns, None)
+    assert found is (longer if chi2 < FAR else declared)
+    assert turns == (["short", "long"] if chi2 < FAR else ["short"])
+
+
 @pytest.mark.parametrize(("chi2", "right"), [((1.1, 0.0), 0), ((12.0, 1.0), 1), ((12.0, 30.0), 0)])
 def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_declared_one(
     monkeypatch, chi2, right

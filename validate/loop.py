@@ -13,7 +13,7 @@ from identify.noise import dispersed_cost
 from identify.prepare import Prepared
 from identify.structure import effects_alone
 from identify.unlogged import bent
-from identify.windows import cut
+from identify.windows import Problem, cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
 from validate.judgement import INDISTINCT, least_gain
@@ -173,7 +173,7 @@ def tells(declared: Fitted) -> bool:
         return True
     if astray(declared):
         return False
-    longer = cut(problem.stretches, longest).weighted_as(problem)
+    longer = _cut_as(declared, longest)
     there = replace(declared, problem=longer, solution=fit_states(longer, s.structure, s.p))
     return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
@@ -181,17 +181,22 @@ def tells(declared: Fitted) -> bool:
 def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
     """Rounds from a fit near the noise, in longer windows too where it had run away, unless rounded inputs bend those.
 
-    What is far from the noise there once more is left as it was in the shorter ones.
+    What is far from the noise there once more is left as it was in the shorter ones, and its rounds are none.
     """
     near = rounds(declared, turns, pace)
-    longest = window_length(near.solution.structure.vessel.length)
-    if (
-        not near.problem.length < longest
-        or bent(cut(near.problem.stretches, longest).weighted_as(near.problem)) > 1.0
-    ):
+    longest, count = window_length(near.solution.structure.vessel.length), len(turns)
+    if near.problem.length >= longest or bent(_cut_as(near, longest)) > 1.0:
         return near
     longer = _lengthened(near, turns, pace)
-    return longer if longer.chi2_per_dof < FAR else near
+    if longer.chi2_per_dof < FAR:
+        return longer
+    del turns[count:]
+    return near
+
+
+def _cut_as(fitted: Fitted, length: float) -> Problem:
+    """A fit's logs cut to windows of another length, under its weights."""
+    return cut(fitted.problem.stretches, length).weighted_as(fitted.problem)
 
 
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace) -> Fitted:

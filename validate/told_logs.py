@@ -20,8 +20,6 @@ from validate.look_alikes import Standing
 from validate.loop import Outcome
 from validate.refits import under
 
-FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-
 
 def told_of_the_odd_logs(outcome: Outcome) -> Outcome:
     """The outcome with every change of loading told of fewer logs, or the heavier ones, where it fits as well so."""
