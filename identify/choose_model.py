@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import Problem
 from ingest.errors import NotIdentifiable
+from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from preprocess.vessel import Input, Vessel
 
@@ -112,13 +114,13 @@ def considered(trials: Sequence[Trial]) -> Choice:
     used = [t for t in trials if t.role == "identify"]
     if not used:
         raise NotIdentifiable("no log has the role identify.")
-    tried = [_tried(used, name) for name in CONSIDERED]
+    tried = side_by_side(partial(_tried, used), CONSIDERED)
     ranked = ranking([t.considered for t in tried])
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
     if _far_from_noise(tried):
         tried += [_untried(used, name) for name in RICH]
-        ranked = ranking([_by_whole_logs(t) for t in tried])
+        ranked = ranking(side_by_side(_by_whole_logs, tried))
         return Choice(simplest(ranked), ranked, {})
     return Choice(simplest(ranked), ranked, {t.considered.name: t.fitted for t in tried if t.fitted})
 

@@ -62,6 +62,11 @@ class _Likeliest(NamedTuple):
 
 def with_disturbances(fitted: Fitted) -> Fitted:
     """The fit with what its errors show of pushes and of a drift of the position, for its standard errors."""
+    return fitted.remembered(_disturbed)
+
+
+def _disturbed(fitted: Fitted) -> Fitted:
+    """The same, made anew."""
     bare = _white(fitted)
     unit = None if fitted.refits else _shown(bare, fitted)
     if unit is None:
@@ -189,12 +194,15 @@ def _at_times(
     known = np.append(known[:PUSHED], known[PUSHED:].mean())
     reference = 1.0 / np.sqrt(np.maximum(known, 1e-30))
 
-    def less(x: FloatArray) -> float:
-        return _less(reduced, np.repeat(_each(np.exp(x) * reference), count), restricted)
+    def less(x: FloatArray) -> tuple[float, FloatArray]:
+        value, along = _less(reduced, np.repeat(_each(np.exp(x) * reference), count), restricted)
+        each = along.reshape(-1, count).sum(axis=1)
+        return value, np.append(each[:PUSHED], each[PUSHED:].sum())
 
-    found = minimize(less, np.full(len(reference), -1.0), method="L-BFGS-B", bounds=[RANGE] * len(reference))
+    begin, bounds = np.full(len(reference), -1.0), [RANGE] * len(reference)
+    found = minimize(less, begin, jac=True, method="L-BFGS-B", bounds=bounds)
     size = np.exp(found.x) * reference
-    nothing = _less(reduced, np.zeros(reduced.shapes.shape[1]), restricted)
+    nothing, _ = _less(reduced, np.zeros(reduced.shapes.shape[1]), restricted)
     sizes = Sizes(size[:PUSHED], push_time, float(size[-1]), drift_time)
     return _Likeliest(sizes, float(found.fun) + reduced.cost, float(found.fun) - nothing)
 
@@ -233,18 +241,23 @@ def _reduced(fitted: Fitted, plain: FloatArray, roots: FloatArray) -> _Reduced:
     )  # fmt: skip
 
 
-def _less(reduced: _Reduced, scale: FloatArray, restricted: bool) -> float:
-    """−2 log likelihood of disturbances of these sizes (n,) less the errors' squares.
+def _less(reduced: _Reduced, scale: FloatArray, restricted: bool) -> tuple[float, FloatArray]:
+    """−2 log likelihood of disturbances of these sizes (n,) less the errors' squares; slopes (n,) by their logarithm.
 
     Restricted to what no parameter can follow, or at the likeliest parameters.
     """
     within = np.eye(len(scale)) + reduced.shapes * scale * scale[:, None]
     right = np.concatenate([reduced.across, reduced.toward[:, :, None]], axis=2) * scale[:, None]
-    lower = np.linalg.cholesky(within)
-    solved = np.linalg.solve(lower, right)
-    taken = np.einsum("wna,wnb->ab", solved, solved)
+    lower, inverse = np.linalg.cholesky(within), np.linalg.inv(within)
+    solved = inverse @ right
+    taken = np.einsum("wna,wnb->ab", right, solved)
     information, score = reduced.information - taken[:-1, :-1], reduced.score - taken[:-1, -1]
     own = np.linalg.cholesky(information)
     reached = np.linalg.solve(own, score)
     logs = np.log(np.einsum("wnn->wn", lower)).sum() + restricted * np.log(np.diag(own)).sum()
-    return float(2.0 * logs - taken[-1, -1] - reached @ reached)
+    value = float(2.0 * logs - taken[-1, -1] - reached @ reached)
+    left = solved[:, :, -1] - solved[:, :, :-1] @ np.linalg.solve(own.T, reached)
+    slope = np.sum(1.0 - np.einsum("wnn->wn", inverse) - left**2, axis=0)
+    if restricted:
+        slope -= np.sum((solved[:, :, :-1] @ np.linalg.inv(own).T) ** 2, axis=(0, 2))
+    return value, np.asarray(2.0 * slope)

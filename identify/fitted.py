@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from identify.disturbed import Disturbed
 from identify.left_out import Refit
 from identify.output_error import Prior, Solution
 from identify.predict import runs_away
+from identify.remembered import Remembered
 from identify.settled import Settled
 from identify.windows import Problem
 
@@ -39,6 +42,15 @@ class Fitted:
     refits: tuple[Refit, ...] = ()
     disturbed: Disturbed | None = None
     wider: FloatArray | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what is remembered can be made again elsewhere."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @cached_property
+    def remembered(self) -> Remembered[Fitted]:
+        """What was made of this fit."""
+        return Remembered(self)
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.merged import merged
 from identify.models import MODEL_BY_NAME
 from identify.reference_speed import with_speed_from_motion
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
@@ -48,14 +49,14 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     trials = with_common_inputs(with_pooled_noise(_as_predicted(trials, model)), held)
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length) if trials else 0.1
-    identify = tuple(s for t in used for s in stretches_of(t, h))
+    identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
     if not identify:
         raise NotIdentifiable(
             "no log to identify on has an unbroken stretch of five seconds with position and heading."
         )
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
-    validate = tuple(s for t in trials if t.role == "validate" for s in stretches_of(t, h))
+    validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, notes, _digest(used))
 
 

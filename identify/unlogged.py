@@ -27,7 +27,9 @@ from identify.regression import through_water
 from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
 from identify.tangents import Along, padded
+from identify.threads import abreast
 from identify.whitening import LEAST, eigen, weighted
+from preprocess.cores import granted
 
 if TYPE_CHECKING:
     from identify.windows import Problem, Window
@@ -99,22 +101,19 @@ class Unlogged:
 
 def unlogged(problem: Problem, structure: Structure, p: FloatArray, share: float = 1.0) -> Unlogged:
     """What the inputs may have done between their samples in a problem's windows."""
-    answers = [_of_stretch(problem, structure, p, k, shapes_of) for k in range(len(problem.stretches))]
-    return Unlogged(structure, p, share, problem.windows, tuple(answers))
+    return Unlogged(structure, p, share, problem.windows, _of_all(problem, structure, p, shapes_of))
 
 
 def _blown(problem: Problem, structure: Structure, p: FloatArray) -> tuple[FloatArray, ...]:
     """Per stretch (m, 2, G): what its samples would show of the gustiest wind."""
-    return tuple(_of_stretch(problem, structure, p, k, gusts_of) for k in range(len(problem.stretches)))
+    return _of_all(problem, structure, p, gusts_of)
 
 
 def _with_rounding(problem: Problem, known: Unlogged) -> Unlogged:
     """The same with what may have been rounded away, as far as it shows beside the sensors' noise."""
     if not any(m.quantum > 0.0 for s in problem.stretches for m in s.inputs.values()):
         return known
-    rounded = [
-        _of_stretch(problem, known.structure, known.p, k, rounding_of) for k in range(len(problem.stretches))
-    ]
+    rounded = _of_all(problem, known.structure, known.p, rounding_of)
     shown = max(_shown(problem, rounded, w) for w in problem.windows)
     return replace(known, rounded=tuple(r[:, :, :shown] for r in rounded) if shown else None)
 
@@ -213,26 +212,45 @@ def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> t
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
     """What each share gains in 2 log likelihood (shares,) over no answers at all, beside what is sure and waves."""
     sure = [*known.sure, problem.swung]
-    gains, share = np.zeros(len(SHARES)), np.array(SHARES)[:, None]
-    for w, error in zip(problem.windows, raw, strict=True):
-        steady = (problem.kinds(w) != kernel.POSITION)[:, None]
-        answers, e = weighted(problem, known.answers, w) * steady[:, :, None], error * steady
-        beside = np.concatenate([weighted(problem, a, w) for a in sure], axis=2) * steady[:, :, None]
-        if beside.shape[2]:
-            power, vectors = eigen(beside)
-            gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
-            columns = np.concatenate([answers, e[:, :, None]], axis=2)
-            less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
-            columns = columns - np.einsum("mak,kj->maj", vectors, less)
-            answers, e = columns[:, :, :-1], columns[:, :, -1]
-        power, vectors = eigen(answers)
-        gains += _gain(np.einsum("mak,ma->k", vectors, e), share * power)
-    return gains
+    each = list(zip(problem.windows, raw, strict=True))
+    gains = abreast(lambda x: _gains_in(problem, known.answers, sure, *x), each, granted())
+    return np.asarray(np.sum(gains, axis=0))
+
+
+def _gains_in(
+    problem: Problem,
+    between: Sequence[FloatArray],
+    sure: Sequence[Sequence[FloatArray]],
+    window: Window,
+    error: FloatArray,
+) -> FloatArray:
+    """The same (shares,) of errors (m, 2) in one window, by answers ``between`` samples and those that are ``sure``."""
+    steady = (problem.kinds(window) != kernel.POSITION)[:, None]
+    answers, e = weighted(problem, between, window) * steady[:, :, None], error * steady
+    beside = np.concatenate([weighted(problem, a, window) for a in sure], axis=2) * steady[:, :, None]
+    gains = np.zeros(len(SHARES))
+    if beside.shape[2]:
+        power, vectors = eigen(beside)
+        gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
+        columns = np.concatenate([answers, e[:, :, None]], axis=2)
+        less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
+        columns = columns - np.einsum("mak,kj->maj", vectors, less)
+        answers, e = columns[:, :, :-1], columns[:, :, -1]
+    power, vectors = eigen(answers)
+    return gains + _gain(np.einsum("mak,ma->k", vectors, e), np.array(SHARES)[:, None] * power)
 
 
 def _gain(along: FloatArray, power: FloatArray) -> FloatArray:
     """What errors (k,) along answers of these powers (..., k) gain in 2 log likelihood."""
     return np.asarray(np.sum(along**2 * power / (1.0 + power) - np.log1p(power), axis=-1), dtype=float)
+
+
+def _of_all(
+    problem: Problem, structure: Structure, p: FloatArray, make: Callable[..., Shapes]
+) -> tuple[FloatArray, ...]:
+    """What the samples of every stretch would show (m, 2, K) of each shape that is made."""
+    numbers = range(len(problem.stretches))
+    return tuple(abreast(lambda k: _of_stretch(problem, structure, p, k, make), numbers, granted()))
 
 
 def _of_stretch(

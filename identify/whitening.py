@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identify.threads import abreast
+from preprocess.cores import granted
+
 if TYPE_CHECKING:
     from identify.windows import Problem, Window
 
@@ -77,8 +80,8 @@ def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
     """What the errors of all windows are whitened by: per stretch the answers (m, 2, K), in its samples' units."""
     shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
     basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
-    for number, w in enumerate(problem.windows):
-        power, vectors = eigen(weighted(problem, answers, w))
+    found = abreast(lambda w: eigen(weighted(problem, answers, w)), problem.windows, granted())
+    for number, (w, (power, vectors)) in enumerate(zip(problem.windows, found, strict=True)):
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)

@@ -7,19 +7,25 @@ import numpy as np
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import NEAR, Fitted
+from identify.in_common import in_common
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.report_fit import covariance_of
 from identify.scattered import with_scatter
 from identify.windows import cut
+from preprocess.cores import side_by_side
 
 
 def sharpest(fitted: Fitted) -> Fitted:
     """A fit, at the noise over whole logs; its errors count what pushed the vessel unlogged, and windows' scatter."""
-    pushed = with_disturbances(fitted)
-    whole = over_whole_logs(fitted)
-    found = pushed if whole is fitted else with_disturbances(whole)
+    ways = (with_disturbances, _pushed_over_whole_logs)
+    pushed, found = side_by_side(lambda way: way(fitted), ways, shared=in_common(fitted))
     return found if found.refits else with_scatter(found, pushed, covariance_of(pushed))
+
+
+def _pushed_over_whole_logs(fitted: Fitted) -> Fitted:
+    """The fit over whole logs, with what its errors show of pushes."""
+    return with_disturbances(over_whole_logs(fitted))
 
 
 def over_whole_logs(fitted: Fitted) -> Fitted:
@@ -28,6 +34,11 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
     Windows of half a minute give away a third of what the logs tell of some coefficients. Where whole logs would not be
     fitted as well, the model lacks something, and the fit stays as it was. So it does where anything is hidden.
     """
+    return fitted.remembered(_over_whole_logs)
+
+
+def _over_whole_logs(fitted: Fitted) -> Fitted:
+    """The same, made anew."""
     whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
     if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hidden is not None:
         return fitted

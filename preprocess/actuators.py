@@ -16,6 +16,10 @@ from preprocess.vessel import Input, Sensor
 
 _ANGLES = ("rudder", "azimuth")
 _FORCES = ("thruster", "tunnel")
+#: Angles up to these are taken for radians, by kind: an azimuth may go round; and up to this for degrees.
+_RADIANS, _DEGREES = {"rudder": 1.6, "azimuth": 6.5}, 400.0
+#: Commands up to this are shares of the largest, a little over; more are percent.
+_SHARE = 1.5
 
 
 def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
@@ -40,14 +44,15 @@ def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
     CampaignError
         The values need a calibration or another unit.
     """
-    source, column_numbers, t = _samples(log, declared)
+    source, column_numbers, t = logged_values(log, declared)
     values, how = _physical(log, declared, source.unit, column_numbers)
     raw = Raw(declared.name, t, values, np.zeros(len(t), dtype=bool), source)
     raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0))
     return strictly_increasing(raw), how
 
 
-def _samples(log: Log, declared: Input) -> tuple[Source, FloatArray, FloatArray]:
+def logged_values(log: Log, declared: Input) -> tuple[Source, FloatArray, FloatArray]:
+    """Where an input comes from, its numbers (n,) as logged, and their times (n,), s."""
     key = f"inputs.{declared.name}"
     if declared.signal is None:
         source = _standard(log, declared)
@@ -90,7 +95,7 @@ def _standard(log: Log, declared: Input) -> Source:
 def _physical(log: Log, declared: Input, stated: str, values: FloatArray) -> tuple[FloatArray, str]:
     if declared.pwm:
         return calibrate(values, declared.pwm, declared.value), "calibration"
-    unit = declared.unit or _usable_unit(declared.kind, stated) or _guess(declared.kind, values)
+    unit = declared.unit or usable_unit(declared.kind, stated) or guessed_unit(declared.kind, values)
     if unit is None:
         low, high = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
         raise CampaignError(
@@ -102,7 +107,7 @@ def _physical(log: Log, declared: Input, stated: str, values: FloatArray) -> tup
     return _scaled(log, declared, values, unit), unit
 
 
-def _usable_unit(kind: str, stated: str) -> str | None:
+def usable_unit(kind: str, stated: str) -> str | None:
     """Return the unit that the log states, where it is one of this kind of input."""
     allowed = {
         "rudder": ("rad", "deg"),
@@ -117,14 +122,14 @@ def _usable_unit(kind: str, stated: str) -> str | None:
     return plain if plain in allowed.get(kind, ("N",)) else None
 
 
-def _guess(kind: str, values: FloatArray) -> str | None:
-    """Return a unit from the size of the values, where none is stated."""
+def guessed_unit(kind: str, values: FloatArray) -> str | None:
+    """Return a unit from the size of the values (n,), best those of all logs, where none is stated."""
     most = float(np.nanmax(np.abs(values), initial=0.0))
     if kind in _ANGLES:
-        return "rad" if most <= 1.6 else "deg" if most <= 200.0 else None
+        return "rad" if most <= _RADIANS[kind] else "deg" if most <= _DEGREES else None
     if kind == "propeller":
         return "rev/s" if most <= 60.0 else None
-    return "1" if most <= 1.0 else "percent" if most <= 100.0 else None
+    return "1" if most <= _SHARE else "percent" if most <= 100.0 else None
 
 
 def _scaled(log: Log, declared: Input, values: FloatArray, unit: str) -> FloatArray:

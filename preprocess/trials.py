@@ -15,6 +15,7 @@ from preprocess.actuators import read_input
 from preprocess.cores import side_by_side
 from preprocess.cutting import cut_at_manoeuvres
 from preprocess.excitation import with_excitation
+from preprocess.guessed_units import in_one_unit, with_common_units
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import require, source_of
 from preprocess.rounding import resolution
@@ -84,7 +85,9 @@ def make_trials(
     CampaignError
         An input needs a calibration.
     """
-    gathered = [gather(run, vessel, inputs, sensors) for run in runs]
+    runs = with_common_units(runs, vessel)
+    read_as = in_one_unit(inputs, [r.log for r in runs])
+    gathered = [gather(run, vessel, read_as, sensors) for run in runs]
     origin = origin_of(gathered)
     first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
     local = [in_metres(g, origin) for g in gathered]

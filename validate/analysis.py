@@ -12,12 +12,14 @@ from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.fitted import Fitted
 from identify.held_inputs import prepare_best
+from identify.in_common import in_common
 from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
 from identify.report_fit import equations, make_fit
 from identify.richer_model import richer_model
 from identify.whole_windows import sharpest
+from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.diagnosis import Diagnosis, Validation
 from validate.logs_of_effects import in_logs_as_they_say
@@ -193,10 +195,11 @@ def _finished(
     declared: Fitted, after: Fitted, outcome: Outcome | None
 ) -> tuple[Fitted, Fitted, Outcome | None]:
     """The fits gone on with over whole logs where they are at the noise: what is reported is as sharp as the data."""
-    whole = sharpest(declared)
+    fits = [declared] if after is declared else [declared, after]
+    whole, *others = side_by_side(sharpest, fits, shared=in_common(*fits))
+    found = others[0] if others else whole
     if outcome is None or after is not outcome.fitted:
-        return whole, whole if after is declared else sharpest(after), outcome
-    found = sharpest(after)
+        return whole, found, outcome
     return whole, found, replace(outcome, fitted=found)
 
 

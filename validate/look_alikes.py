@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,10 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 CLOSE, SHARE = 40.0, 0.02
 #: At most this many rivals are refitted.
 MOST_RIVALS = 6
+#: Steps of a search without an effect.
+BUDGET = 20
+#: An effect whose loss is more than this to first order need not be left out to know that.
+BEYOND_DOUBT = 1000.0
 
 
 @dataclass(frozen=True)
@@ -41,37 +46,55 @@ class Standing:
     rivals: tuple[Fitted, ...] = ()
 
 
-def dropped(fitted: Fitted, index: int, budget: int = 20) -> Fitted:
+def dropped(fitted: Fitted, index: int) -> Fitted:
     """The fit without one of its effects, everything else free, under the same weights.
 
     Begun from the fit with it, or anew where that runs away without it.
     """
+    return fitted.remembered(_dropped, index)
+
+
+def _dropped(fitted: Fitted, index: int) -> Fitted:
+    """The same, made anew."""
     solution = fitted.solution
     structure = solution.structure.without(index)
     p = structure.carried(solution.p, solution.structure)
     prior = prior_of(structure, p, fitted)
     found = solve(
         fitted.problem, structure, p, solution.first, prior,
-        anchor=first_states(fitted.problem), budget=budget, tolerance=step_tolerance(fitted),
+        anchor=first_states(fitted.problem), budget=BUDGET, tolerance=step_tolerance(fitted),
     )  # fmt: skip
     if np.isfinite(found.cost):
         return Fitted(fitted.problem, prior, found)
     length = min(fitted.problem.length, window_length(structure.vessel.length))
     anew = fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p), length=length)
-    return under(fitted.problem, replace(anew, prior=prior), budget)
+    return under(fitted.problem, replace(anew, prior=prior), BUDGET)
+
+
+def losses_without(fitted: Fitted, some: Sequence[int]) -> dict[int, float]:
+    """What dropping each of some effects would cost."""
+    doubted = [k for k in some if not _beyond_doubt(fitted, k)]
+    fitted.remembered.each(_dropped, doubted, in_common(fitted))
+    return {k: loss_without(fitted, k) for k in some}
 
 
 def loss_without(fitted: Fitted, index: int) -> float:
     """What dropping an effect would cost: to first order where that is much, else by refit."""
+    if loss := _beyond_doubt(fitted, index):
+        return loss
+    without = dropped(fitted, index).solution
+    return dispersed_cost(fitted.problem, without) - dispersed_cost(fitted.problem, fitted.solution)
+
+
+def _beyond_doubt(fitted: Fitted, index: int) -> float | None:
+    """What dropping an effect would cost to first order, where that is so much that it need not be tried."""
     mine, away = departure(fitted, index)
     information, _, _ = normal(fitted, fitted.solution.structure, fitted.solution.p)
     others = np.setdiff1d(np.arange(len(information)), mine)
     linear = float(away @ left_on(information, others, mine) @ away)
     linear /= float(np.max(fitted.problem.dispersion)) ** 2
-    if linear > 1000.0 and smooth(fitted.solution.structure.actives[index]):
-        return linear
-    without = dropped(fitted, index).solution
-    return dispersed_cost(fitted.problem, without) - dispersed_cost(fitted.problem, fitted.solution)
+    sure = linear > BEYOND_DOUBT and smooth(fitted.solution.structure.actives[index])
+    return linear if sure else None
 
 
 def departure(fitted: Fitted, index: int) -> tuple[IntArray, FloatArray]:

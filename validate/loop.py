@@ -17,7 +17,7 @@ from identify.windows import Problem, cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
 from validate.judgement import INDISTINCT, least_gain
-from validate.look_alikes import Standing, dropped, loss_without, standing
+from validate.look_alikes import Standing, dropped, losses_without, standing
 from validate.pace import Pace
 from validate.refits import refined, under
 from validate.rounds import Turn, astray, rounds, settled
@@ -232,7 +232,7 @@ def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
     while doubted := searched(fitted):
         pace.expect(2.0 * len(doubted))
         pace("what was taken, again")
-        losses = {k: loss_without(fitted, k) for k in doubted}
+        losses = losses_without(fitted, doubted)
         weakest = min(losses, key=lambda k: losses[k])
         without = _as_good_without(fitted, weakest, losses[weakest])
         if without is None:

@@ -9,6 +9,7 @@ to the last digit: what hardly changes a free run may stand for its own small fa
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from identify.fitted import Fitted
 from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs
+from preprocess.cores import side_by_side
 from validate.candidates import candidates
 from validate.judgement import at_bound, least_gain
 from validate.look_alikes import departure, dropped, left_on
@@ -56,7 +58,8 @@ def _least_sure(fitted: Fitted) -> int | None:
         return None
     found = with_disturbances(over_whole_logs(fitted))
     covariance = covariance_of(found)
-    beyond = {k: _beyond(found, covariance, k) for k in doubted}
+    said = side_by_side(partial(_beyond, found, covariance), doubted)
+    beyond = dict(zip(doubted, said, strict=True))
     least = min(doubted, key=lambda k: beyond[k])
     return least if beyond[least] < 0.0 else None
 

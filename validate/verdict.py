@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from identify.fitted import FAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
 from identify.swell import Swell
+from preprocess.cores import side_by_side
 from validate.advice import advice_for
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
@@ -45,9 +48,16 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
 
 def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """The larger of what is left on the logs of the fit and on those that validate."""
-    own, unseen = structured_share(fitted), with_other_logs(fitted, prepared.validate)
-    other = structured_share(unseen, prepared.identify) if unseen else own
-    return {c: max(own[c], other[c]) for c in own}
+    own, other = side_by_side(
+        lambda share: share(), (partial(structured_share, fitted), partial(_left_unseen, prepared, fitted))
+    )
+    return {c: max(own[c], other.get(c, 0.0)) for c in own}
+
+
+def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
+    """What is left on the logs that validate; nothing where there are none."""
+    unseen = with_other_logs(fitted, prepared.validate)
+    return structured_share(unseen, prepared.identify) if unseen else {}
 
 
 def _undetermined(
