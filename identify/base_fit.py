@@ -58,6 +58,7 @@ def fit_from_scratch(
     length: float | None = None,
     rounds: int = 2,
     apart: bool | None = None,
+    fine: bool = True,
 ) -> Fitted:
     """Fit a structure without a start of its own.
 
@@ -76,6 +77,8 @@ def fit_from_scratch(
         How often the noise is calibrated anew.
     apart : bool, optional
         Whether it may be begun again with the axes apart; by default where ``p`` is not given.
+    fine : bool
+        Whether weights count what inputs hide that are logged often.
     """
     values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
@@ -84,10 +87,11 @@ def fit_from_scratch(
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
     another = _second_way(structure, stretches, values, length, p is None if apart is None else apart)
-    first, (found, again) = found, _calibrated_and_again(found, rounds, another)
+    calibrate = partial(_calibrated, rounds=rounds, fine=fine)
+    first, (found, again) = found, _calibrated_and_again(found, calibrate, another)
     if again is not None and _farther(first, again) is again:
-        found = _farther(found, _calibrated(again, rounds))
-    return _straight(found, rounds)
+        found = _farther(found, calibrate(again))
+    return _straight(found, calibrate)
 
 
 def _second_way(
@@ -103,10 +107,10 @@ def _second_way(
 
 
 def _calibrated_and_again(
-    found: Fitted, rounds: int, another: Callable[[], Fitted] | None
+    found: Fitted, settle: Callable[[Fitted], Fitted], another: Callable[[], Fitted] | None
 ) -> tuple[Fitted, Fitted | None]:
     """A fit calibrated; and, where that stays off the noise, another: far from it, one made beside the other."""
-    calibrate: Callable[[], Fitted] = partial(_calibrated, found, rounds)
+    calibrate: Callable[[], Fitted] = partial(settle, found)
     if another is None or not found.chi2_per_dof > FAR:
         here = calibrate()
         return here, tried(another) if another and here.is_off else None
@@ -123,7 +127,7 @@ def tried(way: Callable[[], Fitted]) -> Fitted | None:
     return None
 
 
-def _straight(fitted: Fitted, rounds: int) -> Fitted:
+def _straight(fitted: Fitted, settle: Callable[[Fitted], Fitted]) -> Fitted:
     """The fit in windows short enough that predictions answer to what was rounded away along straight lines."""
     while fitted.problem.length > SHORTEST and bent(fitted.problem) > 1.0:
         problem, solution = fitted.problem, fitted.solution
@@ -132,7 +136,7 @@ def _straight(fitted: Fitted, rounds: int) -> Fitted:
         solution = solve(problem, solution.structure, solution.p, here.first, fitted.prior, budget=20)
         if not np.isfinite(solution.cost):
             break
-        fitted = _calibrated(Fitted(problem, fitted.prior, solution), rounds)
+        fitted = settle(Fitted(problem, fitted.prior, solution))
     return fitted
 
 
@@ -192,18 +196,18 @@ def _with_effects_held(prior: Prior, structure: Structure, p: FloatArray) -> Pri
     return prior.holding(p, _known(structure, p))
 
 
-def _calibrated(fitted: Fitted, rounds: int) -> Fitted:
+def _calibrated(fitted: Fitted, rounds: int, fine: bool) -> Fitted:
     """The fit at its best under weights that its own errors give, found anew so many times."""
     problem, prior, solution = fitted.problem, fitted.prior, fitted.solution
     for k in range(rounds + 1):
         solution = _gone_on(problem, solution, prior)
         if k and (solution.stayed or far_off(problem, solution)):
             break
-        problem = calibrated_anew(problem, solution)
+        problem = calibrated_anew(problem, solution, fine)
     if problem.unlogged is not None and problem.unlogged.rounded is not None:
         bare = calibrated(replace(problem, unlogged=None), solution)
         unaware = _gone_on(bare, solution, prior)
-        again = calibrated_anew(bare, unaware)
+        again = calibrated_anew(bare, unaware, fine)
         if again.unlogged is None or again.unlogged.rounded is None:
             problem, solution = again, unaware  # a fit that knows of no rounding leaves none of it
     return Fitted(problem, prior, _gone_on(problem, solution, prior))

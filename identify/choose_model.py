@@ -167,7 +167,9 @@ def _tried(trials: Sequence[Trial], name: str) -> _Tried:
         return _Tried(Considered(name, 0, np.inf, (), note))
     prepared = prepare(trials, name)
     terms = len(prepared.structure.setting.terms)
-    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=_rough(prepared), rounds=0)
+    fitted = fit_from_scratch(
+        prepared.structure, prepared.identify, length=_rough(prepared), rounds=0, fine=False
+    )
     if not np.isfinite(fitted.solution.cost):
         return _Tried(Considered(name, terms, np.inf, (), "ran away"))
     squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
