@@ -13,7 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from identify.disturbed import PUSHED, STANDS, Disturbed, Sizes, blocks_in, roots_of, sized, unit_answers
+from identify.disturbed import (
+    PUSHED,
+    SIZE_OF,
+    STANDS,
+    Disturbed,
+    Sizes,
+    blocks_in,
+    roots_of,
+    sized,
+    unit_answers,
+)
 from identify.drive import drive
 from identify.first_states import begun, state_precision
 from identify.fitted import Fitted
@@ -24,7 +34,7 @@ from identify.windows import Problem, Window, moments, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Time constants that are tried, s: of what pushes (0: white), and of the position's drift.
+#: Time constants that are tried, s: of what pushes (0: white), and of the sensors' drifts.
 PUSH_TIMES, DRIFT_TIMES = (0.0, 8.0), (60.0, 10.0)
 #: Gain in 2 log likelihood from which disturbances are believed.
 BELIEVED = 2.0
@@ -61,7 +71,7 @@ class _Likeliest(NamedTuple):
 
 
 def with_disturbances(fitted: Fitted) -> Fitted:
-    """The fit with what its errors show of pushes and of a drift of the position, for its standard errors."""
+    """The fit with what its errors show of pushes and of drifts of the sensors, for its standard errors."""
     return fitted.remembered(_disturbed)
 
 
@@ -191,25 +201,26 @@ def _at_times(
     count = (plain.shape[1] - NX - len(fitted.solution.p) - 1) // (PUSHED + STANDS)
     reduced = _reduced(fitted, plain, roots_of(problem, count, push_time, drift_time))
     known = np.einsum("wnn->n", reduced.shapes).reshape(-1, count).sum(axis=1) / reduced.shapes[..., 0].size
-    known = np.append(known[:PUSHED], known[PUSHED:].mean())
+    off = known[PUSHED:]
+    known = np.append(known[:PUSHED], np.bincount(SIZE_OF, off) / np.bincount(SIZE_OF))
     reference = 1.0 / np.sqrt(np.maximum(known, 1e-30))
 
     def less(x: FloatArray) -> tuple[float, FloatArray]:
         value, along = _less(reduced, np.repeat(_each(np.exp(x) * reference), count), restricted)
         each = along.reshape(-1, count).sum(axis=1)
-        return value, np.append(each[:PUSHED], each[PUSHED:].sum())
+        return value, np.append(each[:PUSHED], np.bincount(SIZE_OF, each[PUSHED:]))
 
     begin, bounds = np.full(len(reference), -1.0), [RANGE] * len(reference)
     found = minimize(less, begin, jac=True, method="L-BFGS-B", bounds=bounds)
     size = np.exp(found.x) * reference
     nothing, _ = _less(reduced, np.zeros(reduced.shapes.shape[1]), restricted)
-    sizes = Sizes(size[:PUSHED], push_time, float(size[-1]), drift_time)
+    sizes = Sizes(size[:PUSHED], push_time, size[PUSHED:], drift_time)
     return _Likeliest(sizes, float(found.fun) + reduced.cost, float(found.fun) - nothing)
 
 
 def _each(sizes: FloatArray) -> FloatArray:
-    """Size (5,) in every direction, from those of the pushes and that of the drift (4,)."""
-    return np.append(sizes[:PUSHED], np.full(STANDS, sizes[-1]))
+    """Size (6,) in every direction, from those of the pushes and those of the drifts (5,)."""
+    return np.append(sizes[:PUSHED], sizes[PUSHED:][list(SIZE_OF)])
 
 
 def _reduced(fitted: Fitted, plain: FloatArray, roots: FloatArray) -> _Reduced:

@@ -1,9 +1,9 @@
-"""What pushes the vessel without being logged, and a drift of its positions, as shapes of the predictions' errors.
+"""What pushes the vessel without being logged, and drifts of its sensors, as shapes of the predictions' errors.
 
 A run from one first state adds up everything that pushed the vessel and that no model says: gusts, waves, an order that
-came a millisecond before its log. Each window is divided into blocks; in each, u, v and r may have jumped, and the
-position may stand off. Jumps are white or correlated over some seconds, the positions' errors over longer (both
-first-order Gauss-Markov). How large they are, the errors themselves tell (``identify.disturbance``); what they move the
+came a millisecond before its log. Each window is divided into blocks; in each, u, v and r may have jumped, and position
+and heading may stand off. Jumps are white or correlated over some seconds, what stands off over longer (first-order
+Gauss-Markov). How large they are, the errors themselves tell (``identify.disturbance``); what they move the
 parameters by follows from the same derivatives.
 """
 
@@ -27,8 +27,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A block is about so long, s; a window has no fewer and no more of them than this.
 BLOCK, FEWEST, MOST = 4.0, 4, 16
-#: Directions in which a vessel is pushed, and in which its position stands off.
-PUSHED, STANDS = 3, 2
+#: Directions in which a vessel is pushed, and in which position and heading stand off.
+PUSHED, STANDS = 3, 3
+#: Which size of a drift each of the latter has: a position's north and east, a heading's its own.
+SIZE_OF = (0, 0, 1)
 
 
 @dataclass(frozen=True)
@@ -41,15 +43,15 @@ class Sizes:
         Of the acceleration of u, v, r: standard deviation, m/s² and rad/s², or its white intensity times √s.
     push_time : float
         Its time constant, s; 0 for white.
-    drift : float
-        Standard deviation of the position's drift, m.
+    drift : (2,)
+        Standard deviation of the position's drift, m, and of the heading's, rad.
     drift_time : float
-        Its time constant, s.
+        Their time constant, s.
     """
 
     push: FloatArray
     push_time: float
-    drift: float
+    drift: FloatArray
     drift_time: float
 
 
@@ -81,7 +83,7 @@ def sized(problem: Problem, sizes: Sizes, unit: tuple[FloatArray, ...]) -> tuple
     """Per stretch (m, 2, K): what its samples show of disturbances of these sizes, from ``unit_answers``."""
     count = unit[0].shape[3]
     roots = roots_of(problem, count, sizes.push_time, sizes.drift_time)
-    scale = np.append(sizes.push, np.full(STANDS, sizes.drift))
+    scale = np.append(sizes.push, sizes.drift[list(SIZE_OF)])
     answers = [np.zeros((*a.shape[:2], a.shape[2] * count)) for a in unit]
     for root, w in zip(roots, problem.windows, strict=True):
         mine = np.einsum("madb,dbc->madc", unit[w.stretch][w.samples], root * scale[:, None, None])
@@ -90,7 +92,7 @@ def sized(problem: Problem, sizes: Sizes, unit: tuple[FloatArray, ...]) -> tuple
 
 
 def roots_of(problem: Problem, count: int, push_time: float, drift_time: float) -> FloatArray:
-    """Roots (w, 5, count, count) of the covariance of the jumps and of the positions' errors, of unit size each."""
+    """Roots (w, 6, count, count) of the covariance of the jumps and of what stands off, of unit size each."""
     lengths = np.array([w.steps * problem.stretches[w.stretch].h / count for w in problem.windows])
     out = np.empty((len(lengths), PUSHED + STANDS, count, count))
     out[:, :PUSHED] = (_root(lengths, count, push_time) * _jump(lengths, push_time)[:, None, None])[:, None]
@@ -115,7 +117,7 @@ def _root(lengths: FloatArray, count: int, time: float) -> FloatArray:
 def unit_answers(
     problem: Problem, structure: Structure, drives: list[Drive], first: FloatArray, count: int
 ) -> tuple[FloatArray, ...] | None:
-    """Per stretch (m, 2, 5, count): what its samples show of a jump by one and of a position off by one in each block.
+    """Per stretch (m, 2, 6, count): what its samples show of a jump by one and of a sensor off by one in each block.
 
     ``first`` (w, 8) are the windows' first states. None where a prediction runs away.
     """
@@ -164,12 +166,12 @@ def _rest(problem: Problem, window: Window, after: int) -> Window:
 
 
 def _stand_off(problem: Problem, windows: list[Window], answers: FloatArray) -> None:
-    """Put in where positions stand off by one, north and east, in each block."""
+    """Put in where positions stand off by one, north and east, and headings, in each block."""
     count = answers.shape[3]
     for w in windows:
         stretch = problem.stretches[w.stretch]
         since = (stretch.samples.t[w.samples] - stretch.start) / stretch.h - w.first
         block = np.clip((since * count / w.steps).astype(int), 0, count - 1)
-        at = np.nonzero(problem.kinds(w) == kernel.POSITION)[0]
-        for axis in range(STANDS):
-            answers[w.samples.start + at, axis, PUSHED + axis, block[at]] = 1.0
+        for kind, axis, stands in ((kernel.POSITION, 0, 0), (kernel.POSITION, 1, 1), (kernel.HEADING, 0, 2)):
+            at = np.nonzero(problem.kinds(w) == kind)[0]
+            answers[w.samples.start + at, axis, PUSHED + stands, block[at]] = 1.0

@@ -147,3 +147,29 @@ def test_what_rounding_alone_made_of_the_information_is_left_out():
     )
     assert np.array_equal(_of_prior_alone(information[:2, :2], prior[:2, :2]), information[:2, :2])
     assert np.isfinite(_of_prior_alone(np.full((3, 3), np.nan), prior)).all()
+
+
+def with_a_wandering_compass(fitted, rng, size, time=30.0):
+    """The same logs with headings that drift (Gauss-Markov), refitted."""
+    s, problem, made = fitted.solution, fitted.problem, []
+    for x in problem.stretches:
+        at = np.flatnonzero(x.samples.kind == 1)
+        keep = np.exp(-np.diff(x.samples.t[at], prepend=x.samples.t[at[0]]) / time)
+        drift, wander = size * rng.standard_normal(), []
+        for k in keep:
+            drift = k * drift + size * np.sqrt(1.0 - k * k) * rng.standard_normal()
+            wander.append(drift)
+        value = x.samples.value.copy()
+        value[at, 0] += wander
+        made.append(replace(x, samples=replace(x.samples, value=value)))
+    again = replace(problem, stretches=tuple(made))
+    solution = solve(again, s.structure, s.p, s.first, fitted.prior, anchor=first_states(again))
+    return replace(fitted, problem=again, solution=solution)
+
+
+def test_a_compass_that_wanders_is_no_push():
+    """Its drift is told as the heading's own: pushes that could make it would leave nothing known of the vessel."""
+    size = np.radians(1.0)
+    found = with_disturbances(with_a_wandering_compass(sailed(), np.random.default_rng(2), size))
+    assert found.disturbed.sizes.drift[1] == pytest.approx(size, rel=0.5)
+    assert found.disturbed.sizes.push[2] < 1e-3
