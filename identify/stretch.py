@@ -159,8 +159,8 @@ def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:
 
 
 def step_for(length: float) -> float:
-    """Integration step in s for a vessel of this length: 0.1 s up to 2 m, longer with the root of the length."""
-    return 0.1 * max(1.0, min(math.sqrt(length / 2.0), 8.0))
+    """Integration step in s for a vessel of this length: 0.1 s up to 5 m, longer with the root of the length."""
+    return 0.1 * max(1.0, min(math.sqrt(length / 5.0), 5.0))
 
 
 def stretches_of(trial: Trial, h: float, least: float = 5.0) -> list[Stretch]:
