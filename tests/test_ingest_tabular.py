@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
@@ -357,6 +357,7 @@ def test_a_matlab_function_handle_costs_nothing(tmp_path):
 
 
 @given(st.integers(0, 3000), st.binary(min_size=1, max_size=8))
+@example(397, b"\x00\xf0\x7f")  # an infinite time
 @settings(max_examples=80, deadline=None)
 def test_matlab_damage_raises_nothing_but_value_error(at, junk):
     with io.BytesIO() as file:

@@ -191,8 +191,9 @@ def _dated(table: pd.DataFrame, column: str) -> pd.DataFrame:
     if column not in table:
         return table
     days = table[column].to_numpy(float)
-    steps = np.abs(np.diff(days))
-    if FIRST_DAY < np.nanmedian(days) < LAST_DAY and len(steps) and np.nanmedian(steps) < 0.01:
+    finite = days[np.isfinite(days)]
+    steps = np.abs(np.diff(finite))
+    if len(steps) and FIRST_DAY < np.median(finite) < LAST_DAY and np.median(steps) < 0.01:
         return table.assign(**{column: (days - DAY_OF_1970) * 86_400.0})
     return table
 
