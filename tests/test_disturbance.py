@@ -10,7 +10,7 @@ import pytest
 from identification_samples import trials_of
 
 from identify.base_fit import fit_from_scratch
-from identify.disturbance import with_disturbances
+from identify.disturbance import _less, _Reduced, with_disturbances
 from identify.disturbed import blocks_in, unit_answers
 from identify.drive import drive
 from identify.first_states import first_states
@@ -173,3 +173,17 @@ def test_a_compass_that_wanders_is_no_push():
     found = with_disturbances(with_a_wandering_compass(sailed(), np.random.default_rng(2), size))
     assert found.disturbed.sizes.drift[1] == pytest.approx(size, rel=0.5)
     assert found.disturbed.sizes.push[2] < 1e-3
+
+
+@pytest.mark.parametrize("restricted", [True, False])
+def test_slopes_of_the_likelihood_are_those_of_its_values(restricted):
+    rng, n, q = np.random.default_rng(1), 6, 3
+    rows = rng.standard_normal((5, n + q + 1, 30))
+    m = rows @ rows.transpose(0, 2, 1)
+    shapes, across, toward = m[:, :n, :n], m[:, :n, n : n + q], m[:, :n, -1]
+    information, score = m[:, n:-1, n:-1].sum(axis=0), m[:, n:-1, -1].sum(axis=0)
+    reduced = _Reduced(shapes, across, toward, information, score, 1.0)
+    x, step = rng.standard_normal(n) - 2.0, 1e-6 * np.eye(n)
+    values = [[_less(reduced, np.exp(x + by * s), restricted)[0] for s in step] for by in (1.0, -1.0)]
+    slopes = _less(reduced, np.exp(x), restricted)[1]
+    assert slopes == pytest.approx((np.array(values[0]) - values[1]) / 2e-6, abs=1e-6)
