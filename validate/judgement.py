@@ -17,6 +17,7 @@ from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.rough_fit import roughly
 from identify.structure import effects_alone
+from identify.windows import Problem, Window
 from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.hidden_share import accounted_for
@@ -27,9 +28,12 @@ from validate.score_scatter import Scatter, scatter
 from validate.sizes import begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An effect is taken where chance would give its gain in fewer than this share of campaigns that lack nothing.
 FALSE_ALARM = 0.01
+#: Evidence of less than this leaves a doubt about what is of no use to a free run.
+DOUBTFUL = 100.0
 #: Two causes whose costs differ by less than this cannot be told apart (odds of 20 to 1).
 INDISTINCT = 6.0
 #: An effect must lower the free-running error on the logs it was found on by this share to be worth naming.
@@ -43,6 +47,8 @@ AGAIN = 3
 #: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
 #: many s.
 WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
+#: ... or so many times, where the errors left in those that gain are on average less than so many times the others'.
+SCATTER_RIGHT, RIGHT = 1.5, 1.1
 #: Errors have structure worth a name from this much variance at low frequency beyond white noise.
 COLOURED = 0.2
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
@@ -190,11 +196,20 @@ def consistent(base: Fitted, fit: Fitted) -> bool:
     """Whether the gain comes from all over the data, not from a few places where errors happen to be large.
 
     Where the errors are white, the likelihood alone is right. Where they are not, the gain is summed over short
-    stretches of time and must stand out against its own scatter between them.
+    stretches of time and must stand out against its own scatter between them; less so where the effect leaves those
+    that it gains from like all others: a load shows in the few in which a vessel turns hard, and nothing else makes
+    these right.
     """
     if float(np.max(base.problem.dispersed.inflation)) < WHITE:
         return True
-    return stands_out(gains_by_time(base, fit))
+    gains = gains_by_time(base, fit)
+    return stands_out(gains) or (stands_out(gains, SCATTER_RIGHT) and _puts_right(base, fit, gains))
+
+
+def _puts_right(base: Fitted, fit: Fitted, gains: FloatArray) -> bool:
+    """Whether the stretches of time that gain are left with no larger errors than the others."""
+    left = by_time(replace(fit, problem=base.problem)) / np.maximum(_samples_by_time(fit), 1.0)
+    return bool(np.average(left, weights=np.maximum(gains, 0.0) + 1e-12) < RIGHT * left.mean())
 
 
 def gains_by_time(base: Fitted, fit: Fitted) -> FloatArray:
@@ -202,21 +217,30 @@ def gains_by_time(base: Fitted, fit: Fitted) -> FloatArray:
     return by_time(base) - by_time(replace(fit, problem=base.problem))
 
 
-def stands_out(gains: FloatArray) -> bool:
-    """Whether a sum is large against the scatter of its parts."""
-    return bool(gains.sum() > SCATTER * np.sqrt(len(gains)) * gains.std(ddof=1))
+def stands_out(gains: FloatArray, times: float = SCATTER) -> bool:
+    """Whether a sum is so many times the scatter of its parts."""
+    return bool(gains.sum() > times * np.sqrt(len(gains)) * gains.std(ddof=1))
 
 
 def by_time(fitted: Fitted) -> FloatArray:
     """Cost of short stretches of time (bins,), as dispersed."""
     problem, out = fitted.problem, []
     for w, residual in zip(problem.windows, fitted.solution.moments.residuals, strict=True):
-        samples = problem.stretches[w.stretch].samples
-        weight = 1.0 / problem.dispersion[samples.kind[w.samples]] ** 2
-        t = samples.taken[w.samples]
-        place = np.floor((t - t[0]) / BIN).astype(int)
-        out.append(np.bincount(place, weights=np.sum(residual**2, axis=1) * weight))
+        weight = 1.0 / problem.dispersion[problem.kinds(w)] ** 2
+        out.append(np.bincount(_bins(problem, w), weights=np.sum(residual**2, axis=1) * weight))
     return np.concatenate(out)
+
+
+def _samples_by_time(fitted: Fitted) -> FloatArray:
+    """Number of samples of the same stretches of time (bins,)."""
+    problem = fitted.problem
+    return np.concatenate([np.bincount(_bins(problem, w)).astype(float) for w in problem.windows])
+
+
+def _bins(problem: Problem, window: Window) -> IntArray:
+    """Number of the short stretch of time in which each sample (m,) of a window was taken."""
+    t = problem.stretches[window.stretch].samples.taken[window.samples]
+    return np.asarray(np.floor((t - t[0]) / BIN), dtype=np.int64)
 
 
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
@@ -240,6 +264,15 @@ def worthwhile(base: Fitted, fit: Fitted) -> bool:
         return True
     to_the_noise = fit.chi2_per_dof < NEAR < base.chi2_per_dof
     return (to_the_noise or after < (1.0 + BY_CHANCE) * before + 0.01) and whitened(base, fit)
+
+
+def beyond_doubt(base: Fitted, judged: Judged) -> bool:
+    """Whether an effect is measured near the noise beyond any doubt, be it of no use to a free run.
+
+    Left out, it would bend what stands in for it, and tell two causes apart that are one.
+    """
+    sure = base.chi2_per_dof < NEAR and judged.evidence > DOUBTFUL
+    return sure and not at_bound(judged.fitted) and consistent(base, judged.fitted)
 
 
 def whitened(base: Fitted, fit: Fitted) -> bool:

@@ -16,7 +16,7 @@ from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
-from validate.judgement import INDISTINCT, least_gain
+from validate.judgement import DOUBTFUL, INDISTINCT, least_gain
 from validate.look_alikes import Standing, dropped, losses_without, standing
 from validate.pace import Pace
 from validate.refits import refined, under
@@ -35,8 +35,6 @@ HALF = 0.5
 PERHAPS = 2
 #: So many times an effect that was taken may be exchanged for a rival.
 EXCHANGES = 3
-#: An effect whose loss would cost less than this may make up for another's wrong value.
-DOUBTFUL = 100.0
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
 ROUGH = 10.0
 

@@ -14,7 +14,7 @@ from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
 from validate.exchange import at_likeliest_speed, in_likeliest_form
-from validate.judgement import Judged, at_bound, consistent, judge, worthwhile
+from validate.judgement import Judged, at_bound, beyond_doubt, consistent, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
 from validate.scan import WORTH, gain_and_value
@@ -87,8 +87,12 @@ def _turn(fitted: Fitted, pace: Pace) -> Turn:
     finalists = _finalists(fitted, screened)
     pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
     base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
-    taken = next((j for j in judged if j.evidence > 0 and worthwhile(base, j.fitted)), None)
+    taken = next((j for j in judged if j.evidence > 0 and _worth_taking(base, j)), None)
     return Turn(base, tuple(screened), tuple(judged), taken)
+
+
+def _worth_taking(base: Fitted, judged: Judged) -> bool:
+    return worthwhile(base, judged.fitted) or beyond_doubt(base, judged)
 
 
 def _after(taken: Judged) -> Fitted:

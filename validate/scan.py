@@ -110,7 +110,7 @@ def _range_of(active: Active, parameter: Parameter) -> FloatArray:
     if not between_log_and_hull(active):
         return np.zeros(0)
     starts = parameter.starts
-    if not starts and parameter.relative and parameter.null == 0.0:
+    if not starts and parameter.null == 0.0 and (parameter.relative or active.effect.gain):
         starts = (-parameter.scale, parameter.scale)
     if not starts:
         return np.zeros(0)

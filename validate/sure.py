@@ -22,9 +22,9 @@ from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side
 from validate.candidates import candidates
-from validate.judgement import at_bound, least_gain
+from validate.judgement import DOUBTFUL, at_bound, least_gain
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import DOUBTFUL, Outcome, all_standing, searched
+from validate.loop import Outcome, all_standing, searched
 from validate.pace import Pace
 from validate.refits import step_tolerance
 
@@ -32,7 +32,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An effect without which free runs are worse by less than this share needs evidence beyond doubt.
-MATERIAL = 0.05
+MATERIAL = 0.1
 #: ... or by less than this, as a root mean square of u, v and r in units of their spread.
 LITTLE = 0.02
 #: Evidence that needs no second look.
