@@ -7,6 +7,7 @@ from functools import partial, reduce
 
 import numpy as np
 
+from identify.turned import turned
 from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -49,8 +50,8 @@ def _pushes(item: Input, series: Series, azimuth: Input | None) -> Pushes:
         return force, np.zeros_like(force), -y * force
     if item.position == (0.0, 0.0):
         x, y = azimuth.position
-    along, across = force * np.cos(series[azimuth.name]), force * np.sin(series[azimuth.name])
-    return along, across, x * across - y * along
+    along, across, moment = turned(force, series[azimuth.name], (x, y))
+    return along, across, moment
 
 
 def together(inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], ...]:

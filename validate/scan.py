@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.drive import drives
+from identify.drive import Drive, drives
 from identify.effect import Active, Parameter
 from identify.regression import accelerations, predicted, regressors_along, solve_regression
 from identify.stretch import Stretch
@@ -70,11 +71,12 @@ def gain_and_value(
     if not len(values):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+    seen = _Motion(structure, stretches)
     found = []
     for value in ([x.null for x in parameters], *values):
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
-        found.append((_misfit(structure, q, stretches), q))
+        found.append((_misfit(structure, q, stretches, seen), q))
     null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
     return null - least, best
 
@@ -123,18 +125,41 @@ def _both_ways(up: FloatArray) -> FloatArray:
     return np.concatenate([-up, up])
 
 
-def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> float:
+@dataclass(frozen=True)
+class _Motion:
+    """The motion behind what the sensors show, and its rates, made once for all values that leave the sensors alone."""
+
+    structure: Structure
+    stretches: Sequence[Stretch]
+    known: dict[bytes, tuple[list[FloatArray], FloatArray, FloatArray]] = field(default_factory=dict)
+
+    def by(self, driven: Sequence[Drive], every: int) -> tuple[list[FloatArray], FloatArray, FloatArray]:
+        """Per stretch the states (n + 1, 6); of all at every so many steps the rates (m, 3), fine and slow."""
+        key = b"".join(d.sensor.tobytes() for d in driven)
+        if key not in self.known:
+            pairs = list(zip(self.stretches, driven, strict=True))
+            moving = [true_states(self.structure, d.sensor, s) for s, d in pairs]
+            fine, slow = (self._rates(moving, window, every) for window in (FINE, self._slow))
+            self.known[key] = moving, fine, slow
+        return self.known[key]
+
+    @property
+    def _slow(self) -> int:
+        return max(1, round(SLOPE / self.stretches[0].h))
+
+    def _rates(self, moving: Sequence[FloatArray], window: int, every: int) -> FloatArray:
+        rates = [accelerations(s, window, x)[::every] for s, x in zip(self.stretches, moving, strict=True)]
+        return np.vstack(rates)
+
+
+def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], seen: _Motion) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
     every = max(1, sum(s.steps for s in stretches) // ROWS)
     driven = drives(structure, p, stretches)
-    moving = [true_states(structure, d.sensor, s) for s, d in zip(stretches, driven, strict=True)]
+    moving, rates, slow = seen.by(driven, every)
     design = np.vstack([
         regressors_along(structure, d, d.channels, x, every) for d, x in zip(driven, moving, strict=True)
     ])  # fmt: skip
-    rates, slow = (
-        np.vstack([accelerations(s, window, x)[::every] for s, x in zip(stretches, moving, strict=True)])
-        for window in (FINE, max(1, round(SLOPE / stretches[0].h)))
-    )
     errors = slow - predicted(structure, solve_regression(structure, p, design, rates), design)
     square = np.mean(errors**2, axis=0) / (np.var(slow, axis=0) + 1e-12)
     return float(np.sum(np.log(square + 1e-6)))
