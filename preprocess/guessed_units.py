@@ -6,7 +6,7 @@ that once is a little over one like percent.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -23,7 +23,9 @@ from preprocess.trial import FloatArray
 from preprocess.vessel import Input, Vessel
 
 #: Of two units of one quantity that one is which gives the smaller values in SI: what is large in any log decides.
-SMALLER = {"rad": "deg", "rad/s": "deg/s", "rev/s": "rpm"}
+LARGER = ("deg", "deg/s", "rpm")
+#: Quantity and name of a source.
+Named = tuple[str, str]
 #: A yaw rate is held against the heading in steps of so many s, from so many samples on, if it turned so far, rad.
 STEP, FEWEST, ENOUGH = 5.0, 10, 0.2
 #: More than this for every radian of heading is degrees: half-way, as factors go.
@@ -37,43 +39,33 @@ def with_common_units(runs: Sequence[LoggedRun], vessel: Vessel) -> list[LoggedR
     """
     logs = [r.log for r in runs]
     rates = {s.name for log in logs for s in log.sources if s.quantity == "yaw_rate" and _is_guessed(s)}
-    for name in rates:
-        unit = _unit_of_turning(logs, name, vessel)
-        logs = [_with_unit(log, name, unit) if unit else log for log in logs]
-    return _alike([replace(r, log=log) for r, log in zip(runs, logs, strict=True)])
+    turning = {("yaw_rate", n): unit for n in rates if (unit := _unit_of_turning(logs, n, vessel))}
+    logs = [_with_units(log, turning) for log in logs]
+    logs = [_with_units(log, _larger(logs)) for log in logs]
+    return [replace(r, log=log) for r, log in zip(runs, logs, strict=True)]
 
 
-def _alike(runs: Sequence[LoggedRun]) -> list[LoggedRun]:
-    """The logs with the larger unit of those that were guessed for a source, where they differ."""
-    guessed: dict[tuple[str, str], set[str]] = {}
-    for source in (s for r in runs for s in r.log.sources if _is_guessed(s)):
+def _larger(logs: Sequence[Log]) -> dict[Named, str]:
+    """The unit that gives the smaller values, of every source for which different ones were guessed."""
+    guessed: dict[Named, set[str]] = {}
+    for source in (s for log in logs for s in log.sources if _is_guessed(s)):
         guessed.setdefault((source.quantity, source.name), set()).add(source.unit)
-    apart = {k for k, units in guessed.items() if len(units) > 1}
-    return [replace(r, log=_smaller(r.log, apart)) if apart else r for r in runs]
+    return {k: max(units, key=lambda u: u in LARGER) for k, units in guessed.items() if len(units) > 1}
 
 
 def _is_guessed(source: Source) -> bool:
     return bool(source.options.get("unit_guessed"))
 
 
-def _smaller(log: Log, apart: set[tuple[str, str]]) -> Log:
-    """The log with the unit of some sources, by quantity and name, that gives the smaller values."""
-    sources = tuple(
-        replace(s, unit=SMALLER.get(s.unit, s.unit))
-        if _is_guessed(s) and (s.quantity, s.name) in apart
-        else s
-        for s in log.sources
+def _with_units(log: Log, some: Mapping[Named, str]) -> Log:
+    """The log with other units for some sources, by quantity and name, whose own were guessed."""
+    return replace(
+        log,
+        sources=tuple(
+            replace(s, unit=some.get((s.quantity, s.name), s.unit)) if _is_guessed(s) else s
+            for s in log.sources
+        ),
     )
-    return replace(log, sources=sources)
-
-
-def _with_unit(log: Log, name: str, unit: str) -> Log:
-    """The log with the unit of a yaw rate that was guessed."""
-    sources = tuple(
-        replace(s, unit=unit) if (s.quantity, s.name) == ("yaw_rate", name) and _is_guessed(s) else s
-        for s in log.sources
-    )
-    return replace(log, sources=sources)
 
 
 def _unit_of_turning(logs: Sequence[Log], name: str, vessel: Vessel) -> str | None:
