@@ -17,18 +17,18 @@ from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.rough_fit import roughly
 from identify.structure import effects_alone
-from identify.windows import Problem, Window
 from preprocess.cores import side_by_side
 from validate.candidates import Screened
+from validate.consistency import consistent, gains_by_time, stands_out
 from validate.hidden_share import accounted_for
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import begun_at, best_first, converges, raced, step_tolerance, target_gap, under
+from validate.refits import begun_at, best_first, converges, raced, step_tolerance, target_gap, total, under
+from validate.scan import best_value
 from validate.score_scatter import Scatter, scatter
 from validate.sizes import begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An effect is taken where chance would give its gain in fewer than this share of campaigns that lack nothing.
 FALSE_ALARM = 0.01
@@ -44,11 +44,6 @@ CLEARLY = 0.5
 BY_CHANCE = 0.25
 #: Off the noise, so many of the best candidates are fitted again from the beginning.
 AGAIN = 3
-#: Above this ratio errors count as not white; the gain must then exceed so many times its scatter over bins of so
-#: many s.
-WHITE, SCATTER, BIN = 1.2, 2.5, 5.0
-#: ... or so many times, where the errors left in those that gain are on average less than so many times the others'.
-SCATTER_RIGHT, RIGHT = 1.5, 1.1
 #: Errors have structure worth a name from this much variance at low frequency beyond white noise.
 COLOURED = 0.2
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
@@ -138,12 +133,16 @@ def _last(fitted: Fitted) -> str:
 
 
 def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
-    """The better of a fit and of others begun roughly with its effects' values, under the same weights."""
+    """The better of a fit and of others begun roughly with its effects' values, under the same weights.
+
+    The last effect's are those that the accelerations want, too: a search that began elsewhere may have stopped short.
+    """
     structure, best = fitted.solution.structure, begun_between_sizes(fitted)
+    wanted = best_value(structure, fitted.problem.stretches, best.solution.p)
+    if wanted is not None:
+        best = min(best, _begun_roughly(fitted, wanted), key=lambda f: total(f.solution))
     for _ in range(rounds):
-        p = effects_alone(structure, best.solution.p)
-        rough = roughly(structure, fitted.problem.stretches, p, min(SHORT, fitted.problem.length))
-        other = begun_at(fitted, rough, 20)
+        other = _begun_roughly(fitted, best.solution.p)
         if not other.solution.total < best.solution.total:
             return best
         enough = other.solution.total > 0.98 * best.solution.total
@@ -151,6 +150,13 @@ def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
         if enough:
             return best
     return best
+
+
+def _begun_roughly(fitted: Fitted, p: FloatArray) -> Fitted:
+    """The fit begun with the effects' values of ``p`` (np,), all else as short windows want it."""
+    structure, problem = fitted.solution.structure, fitted.problem
+    values, length = effects_alone(structure, p), min(SHORT, problem.length)
+    return begun_at(fitted, roughly(structure, problem.stretches, values, length), 20)
 
 
 def better_base(base: Fitted, candidate: Fitted) -> Fitted:
@@ -190,57 +196,6 @@ def least_gain(k: int, tried: int, degrees: float = np.inf) -> float:
     """
     share = FALSE_ALARM / max(tried, 1)
     return float(k * stats.f.isf(share, k, degrees) if np.isfinite(degrees) else stats.chi2.isf(share, k))
-
-
-def consistent(base: Fitted, fit: Fitted) -> bool:
-    """Whether the gain comes from all over the data, not from a few places where errors happen to be large.
-
-    Where the errors are white, the likelihood alone is right. Where they are not, the gain is summed over short
-    stretches of time and must stand out against its own scatter between them; less so where the effect leaves those
-    that it gains from like all others: a load shows in the few in which a vessel turns hard, and nothing else makes
-    these right.
-    """
-    if float(np.max(base.problem.dispersed.inflation)) < WHITE:
-        return True
-    gains = gains_by_time(base, fit)
-    return stands_out(gains) or (stands_out(gains, SCATTER_RIGHT) and _puts_right(base, fit, gains))
-
-
-def _puts_right(base: Fitted, fit: Fitted, gains: FloatArray) -> bool:
-    """Whether the stretches of time that gain are left with no larger errors than the others."""
-    left = by_time(replace(fit, problem=base.problem)) / np.maximum(_samples_by_time(fit), 1.0)
-    return bool(np.average(left, weights=np.maximum(gains, 0.0) + 1e-12) < RIGHT * left.mean())
-
-
-def gains_by_time(base: Fitted, fit: Fitted) -> FloatArray:
-    """Gain of short stretches of time (bins,), under the base's weights."""
-    return by_time(base) - by_time(replace(fit, problem=base.problem))
-
-
-def stands_out(gains: FloatArray, times: float = SCATTER) -> bool:
-    """Whether a sum is so many times the scatter of its parts."""
-    return bool(gains.sum() > times * np.sqrt(len(gains)) * gains.std(ddof=1))
-
-
-def by_time(fitted: Fitted) -> FloatArray:
-    """Cost of short stretches of time (bins,), as dispersed."""
-    problem, out = fitted.problem, []
-    for w, residual in zip(problem.windows, fitted.solution.moments.residuals, strict=True):
-        weight = 1.0 / problem.dispersion[problem.kinds(w)] ** 2
-        out.append(np.bincount(_bins(problem, w), weights=np.sum(residual**2, axis=1) * weight))
-    return np.concatenate(out)
-
-
-def _samples_by_time(fitted: Fitted) -> FloatArray:
-    """Number of samples of the same stretches of time (bins,)."""
-    problem = fitted.problem
-    return np.concatenate([np.bincount(_bins(problem, w)).astype(float) for w in problem.windows])
-
-
-def _bins(problem: Problem, window: Window) -> IntArray:
-    """Number of the short stretch of time in which each sample (m,) of a window was taken."""
-    t = problem.stretches[window.stretch].samples.taken[window.samples]
-    return np.asarray(np.floor((t - t[0]) / BIN), dtype=np.int64)
 
 
 def worthwhile(base: Fitted, fit: Fitted) -> bool:
