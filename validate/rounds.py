@@ -13,8 +13,8 @@ from identify.structure import effects_alone
 from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, candidates, screen
-from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.consistency import consistent
+from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
