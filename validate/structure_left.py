@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.base_fit import window_length
 from identify.drive import drive
 from identify.first_states import begun, first_states
-from identify.fitted import NEAR, Fitted
+from identify.fitted import FAR, NEAR, Fitted
 from identify.gusts import blown
 from identify.noise import calibrated, smoothness
 from identify.output_error import Prior, Solution, information_of, solve
-from identify.predict import run, shown, true_first_state
+from identify.predict import relative_errors, run, shown, true_first_state
 from identify.stretch import KIND, Stretch
 from identify.unlogged import Unlogged
 from identify.windows import Problem, Window, cut
@@ -24,27 +25,39 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An error counts for no more than so many standard deviations of its channel: beyond, a prediction has run away.
 RUN_AWAY = 5.0
-#: A prediction is looked at so many seconds ahead.
-AHEAD = 30.0
 #: Steps in which first states are fitted to such windows.
 STEPS = 8
 
 
+def seconds_ahead(length: float) -> float:
+    """How far ahead, s, predictions are looked at for a vessel of this length, m: 30 s, more for ships that are slower.
+
+    A ship of a hundred metres has hardly begun to turn in half a minute: whatever the model lacks, it predicts that.
+    """
+    return window_length(length)
+
+
+def _horizon(fitted: Fitted) -> float:
+    return seconds_ahead(fitted.solution.structure.vessel.length)
+
+
 def ahead(fitted: Fitted) -> Fitted:
-    """The same parameters in windows of ``AHEAD``, from the first states that the smoothed motion gives.
+    """The same parameters in windows of ``seconds_ahead``, from the first states that the smoothed motion gives.
 
     A fit at the noise has its own first states, which are the better known ones, fitted in such windows. Off the noise
     they would take in what the model lacks. In waves that are known they are fitted all the same: the smoothed motion
     has the waves' own velocity, which a prediction would sail on with.
     """
-    if fitted.chi2_per_dof < NEAR and fitted.problem.length >= AHEAD:
+    if fitted.chi2_per_dof < NEAR and fitted.problem.length >= _horizon(fitted):
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
     if _known_better(fitted):
         problem, solution = _gone_on(fitted)
         if np.isfinite(solution.cost):
             return Fitted(calibrated(problem, solution), Prior.held(p), solution)
-    problem = cut(fitted.problem.stretches, AHEAD).weighted_as(replace(fitted.problem, unlogged=None))
+    problem = cut(fitted.problem.stretches, _horizon(fitted)).weighted_as(
+        replace(fitted.problem, unlogged=None)
+    )
     drives = [drive(structure, p, s) for s in problem.stretches]
     first = np.array(
         [
@@ -60,22 +73,27 @@ def ahead(fitted: Fitted) -> Fitted:
 
 
 def _gone_on(fitted: Fitted) -> tuple[Problem, Solution]:
-    """Windows of about ``AHEAD``, each from where one of the fit's own begins, first states fitted from there on.
+    """Windows of about ``seconds_ahead``, each from where one of the fit's own begins, first states fitted from there.
 
     What the inputs hide counts in that: else first states would bend to make up for it.
     """
     structure, p = fitted.solution.structure, fitted.solution.p
+    horizon = _horizon(fitted)
     windows: list[Window] = []
     first: list[FloatArray] = []
     for w, x in zip(fitted.problem.windows, fitted.solution.first, strict=True):
         last = windows[-1] if windows else None
         follows = last is not None and (last.stretch, last.first + last.steps) == (w.stretch, w.first)
-        if last is not None and follows and last.steps * fitted.problem.stretches[w.stretch].h < 0.8 * AHEAD:
+        if (
+            last is not None
+            and follows
+            and last.steps * fitted.problem.stretches[w.stretch].h < 0.8 * horizon
+        ):
             samples = slice(last.samples.start, w.samples.stop)
             windows[-1] = replace(last, steps=last.steps + w.steps, samples=samples)
         else:
             windows, first = [*windows, w], [*first, x]
-    problem = replace(fitted.problem, windows=tuple(windows), length=AHEAD)
+    problem = replace(fitted.problem, windows=tuple(windows), length=horizon)
     held, begin = Prior.held(p), np.array(first)
     anchor = first_states(problem)
     return problem, solve(problem, structure, p, begin, held, anchor=anchor, budget=STEPS)
@@ -112,15 +130,16 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
 
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
-    measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left.
+    measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left. Where
+    they are far from the noise they are no noise, and what whole logs are off by counts too.
     """
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
     variance = variance + _left_open(fitted, seen.problem.unlogged, not _known_better(seen))
-    variance = variance + (seen.problem.swell.variance(AHEAD) if seen.problem.swell else 0.0)
+    variance = variance + (seen.problem.swell.variance(_horizon(seen)) if seen.problem.swell else 0.0)
     logs = (*fitted.problem.stretches, *besides)
-    spread = np.vstack([s.states[:, 3:6] for s in logs]).std(axis=0) + 1e-12
+    spread = spread_of(logs)
     size = np.minimum(np.nan_to_num(np.abs(error) / spread, nan=RUN_AWAY), RUN_AWAY)
     left = np.sqrt(np.maximum(np.mean(size**2 - variance / spread**2, axis=0), 0.0))
     slow = 1.0 - 1.0 / np.maximum(fitted.problem.dispersed.inflation, 1.0) ** 2
@@ -131,13 +150,25 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }
+    known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
+    share = left * known
+    if fitted.chi2_per_dof > FAR:
+        whole = over_whole_logs(seen, fitted.problem.stretches, spread)
+        share = np.maximum(share, [whole[c] for c in "uvr"])
     predicts = fitted.solution.structure.model.predicts
-    return {
-        c: float(left[j] * np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])))
-        if c in predicts
-        else 0.0
-        for j, c in enumerate(("u", "v", "r"))
-    }
+    return {c: float(share[j]) if c in predicts else 0.0 for j, c in enumerate("uvr")}
+
+
+def spread_of(stretches: Sequence[Stretch]) -> FloatArray:
+    """Standard deviation (3,) of u, v, r over some stretches."""
+    return np.asarray(np.vstack([s.states[:, 3:6] for s in stretches]).std(axis=0) + 1e-12, dtype=float)
+
+
+def over_whole_logs(fitted: Fitted, stretches: Sequence[Stretch], spread: FloatArray) -> dict[str, float]:
+    """Per channel the free-running error over whole stretches in units of its ``spread``: what is missing adds up."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    errors = np.vstack([relative_errors(structure, p, s, spread, RUN_AWAY) for s in stretches])
+    return dict(zip("uvr", np.sqrt(np.mean(errors**2, axis=0)).tolist(), strict=True))
 
 
 def _left_open(

@@ -18,7 +18,7 @@ from validate.loop import Outcome
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.residual_tests import residual_tests
 from validate.rounds import Turn
-from validate.structure_left import cross_validated, structured_share
+from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
 
 
@@ -55,9 +55,17 @@ def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
 
 
 def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
-    """What is left on the logs that validate; nothing where there are none."""
+    """What is left on the logs that validate; nothing where there are none.
+
+    Where what is far from the noise runs away on them, all that it is off.
+    """
     unseen = with_other_logs(fitted, prepared.validate)
-    return structured_share(unseen, prepared.identify) if unseen else {}
+    if unseen:
+        return structured_share(unseen, prepared.identify)
+    if not prepared.validate or fitted.chi2_per_dof < FAR:
+        return {}
+    spread = spread_of((*prepared.identify, *prepared.validate))
+    return over_whole_logs(fitted, prepared.validate, spread)
 
 
 def _undetermined(

@@ -31,6 +31,7 @@ from validate.report.words import (
     share,
     size,
 )
+from validate.structure_left import seconds_ahead
 
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
@@ -60,7 +61,7 @@ def summary(results: Results, verbose: bool = False) -> Iterator[RenderableType]
     yield Text("")
     yield Text(headline(results), style="bold")
     if results.diagnosis is not None:
-        yield from diagnosis_lines(results.diagnosis)
+        yield from diagnosis_lines(results.diagnosis, seconds_ahead(results.after.vessel.length))
 
 
 def log_table(results: Results) -> Table:
@@ -148,14 +149,14 @@ def score(validation: Validation, channel: str, scale: float) -> tuple[str, str]
     return number(None if found.rmse is None else found.rmse * scale), share(found.r2)
 
 
-def diagnosis_lines(found: Diagnosis) -> Iterator[Text]:
-    """The verdict, the effects with their look-alikes, what stays unexplained, and the advice."""
+def diagnosis_lines(found: Diagnosis, ahead: float) -> Iterator[Text]:
+    """The verdict, the effects with their look-alikes, what stays unexplained so many s ahead, and the advice."""
     yield Text(
         f"Verdict: {BADGES[found.verdict].lower()}. {found.verdict.value}", style=STYLES[found.verdict.name]
     )
     yield from (Text(f"  + {effect_line(e)}") for e in found.effects)
     shares = ", ".join(f"{k} {percent(v)}" for k, v in found.unexplained.items())
-    yield Text(f"  Unexplained share of 30 s predictions: {shares or 'none'}.")
+    yield Text(f"  Unexplained share of {ahead:.0f} s predictions: {shares or 'none'}.")
     if found.advice:
         yield Text(f"  Next: {advice_words(found.advice)}")
 

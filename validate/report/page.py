@@ -39,6 +39,7 @@ from validate.report.parameters import (
 from validate.report.plan import plan_figure
 from validate.report.reading import manoeuvres, noticed, signal_rows
 from validate.report.scores import has_two, log_scores, scaled, score_rows, score_words
+from validate.structure_left import seconds_ahead
 
 LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "rerun-sdk")
 #: The share of a channel's standard deviation above which structure is material, unless told otherwise.
@@ -104,6 +105,7 @@ def answer(results: Results) -> dict[str, Any]:
         "effects": [(words.effect_words(e.fitted), e.p_value, [in_words(x) for x in e.look_alikes])
                     for e in (found.effects if found else ())],
         "unexplained": list(found.unexplained.items()) if found else [],
+        "ahead": f"{seconds_ahead(results.after.vessel.length):.0f} s",
         "materiality": MATERIALITY,
         "advice": advice_words(found.advice) if found else "",
     }  # fmt: skip
