@@ -20,7 +20,7 @@ from validate.judgement import DOUBTFUL, INDISTINCT, least_gain
 from validate.look_alikes import Standing, dropped, losses_without, standing
 from validate.pace import Pace
 from validate.refits import refined, under
-from validate.rounds import Turn, astray, rounds, settled
+from validate.rounds import NONE, Names, Turn, astray, rounds, settled
 from validate.scan import best_value
 from validate.score_scatter import scatter
 from validate.wiring import Wiring, better_wiring, perhaps_wired
@@ -33,7 +33,7 @@ HOPELESSLY_FAR = 20.0
 HALF = 0.5
 #: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
-#: So many times an effect that was taken may be exchanged for a rival.
+#: So many times a taken effect may be exchanged for a rival.
 EXCHANGES = 3
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
 ROUGH = 10.0
@@ -63,7 +63,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
     accelerations say of the wiring is believed where the search with it comes near the noise; else the inputs as they
     were declared are searched with too: an antenna that is far off, or a current, can make a wiring look wrong. Where
     they say nothing clearly, what they would rather have is tried: first if the declared model is far from the noise
-    and comes to it with nothing but another wiring, else last, if the search stays off the noise.
+    and comes to it with another wiring alone, else last, if the search stays off the noise.
     """
     pace = pace or Pace()
     wiring = _wiring(prepared, declared)
@@ -73,7 +73,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         if otherwise and otherwise.chi2 < NEAR and otherwise.declared > FAR:
             wiring = otherwise.wiring
         else:
-            found = _searched(prepared, declared, None, pace)
+            found = _begun_otherwise(prepared, declared, _searched(prepared, declared, None, pace), pace)
             if not found.fitted.is_off:
                 return found
             return _otherwise_wired(prepared, found, otherwise if far else _otherwise(prepared), pace)
@@ -88,10 +88,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
 
 @dataclass(frozen=True)
 class _Otherwise:
-    """The nearest of the wirings that the accelerations prefer, if not clearly, in short windows.
-
-    ``chi2`` per degree of freedom with it alone, and that of the wiring as ``declared``.
-    """
+    """The nearest of the wirings that the accelerations may prefer, in short windows; χ² with it, and as declared."""
 
     wiring: Wiring
     chi2: float
@@ -125,24 +122,40 @@ def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise |
     return other if near or not other.fitted.is_off else found
 
 
-def _clearly_nearer(one: Fitted, other: Fitted) -> bool:
-    """Whether a fit stays finite in longer windows than another, or leaves less than half as much in equal ones."""
+def _clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
+    """Whether a fit stays finite in longer windows than another, or leaves less than a share as much in equal ones."""
     if one.problem.length != other.problem.length:
         return one.problem.length > other.problem.length
-    return one.chi2_per_dof < HALF * other.chi2_per_dof
+    return one.chi2_per_dof < share * other.chi2_per_dof
 
 
-def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace) -> Outcome:
-    """The search with the inputs wired in one way."""
+def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace) -> Outcome:
+    """A search that took several effects and stayed off the noise; or one without the first, where that is nearer.
+
+    Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it.
+    """
+    taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
+    kept = {s.active.effect.name for s in found.standing}
+    if len(kept) < 2 or found.fitted.chi2_per_dof < NEAR or taken[0].effect.name not in kept:
+        return found
+    pace(f"without {taken[0].label}")
+    other = _searched(prepared, declared, None, pace, frozenset({taken[0].effect.name}))
+    return other if _clearly_nearer(other.fitted, found.fitted, CLEARLY) else found
+
+
+def _searched(
+    prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace, barred: Names = NONE
+) -> Outcome:
+    """The search with the inputs wired in one way, and without effects whose names are ``barred``."""
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     turns: list[Turn] = []
     if declared is not None and not wiring and tells(declared):
-        fine = _gone_on_with(declared, turns, pace)
+        fine = _gone_on_with(declared, turns, pace, barred)
     else:
         pace("a first rough fit")
         length = window_length(structure.vessel.length) * ROUGH / LONG
         fine = fit_from_scratch(structure, prepared.identify, length=length)
-        fine = _lengthened(rounds(fine, turns, pace, enough=FAR), turns, pace)
+        fine = _lengthened(rounds(fine, turns, pace, FAR, barred), turns, pace, barred)
     fine = _pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = _pruned(plain, pace), None
@@ -152,7 +165,7 @@ def _searched(prepared: Prepared, declared: Fitted | None, wiring: Wiring | None
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = _pruned(rounds(_pruned(settled(rival), pace), turns, pace), pace)
+        fine = _pruned(rounds(_pruned(settled(rival), pace), turns, pace, barred=barred), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
@@ -176,16 +189,16 @@ def tells(declared: Fitted) -> bool:
     return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
 
-def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
+def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
     """Rounds from a fit near the noise, in longer windows too where it had run away, unless rounded inputs bend those.
 
     What is far from the noise there once more is left as it was in the shorter ones, and its rounds are none.
     """
-    near = rounds(declared, turns, pace)
+    near = rounds(declared, turns, pace, barred=barred)
     longest, count = window_length(near.solution.structure.vessel.length), len(turns)
     if near.problem.length >= longest or bent(_cut_as(near, longest)) > 1.0:
         return near
-    longer = _lengthened(near, turns, pace)
+    longer = _lengthened(near, turns, pace, barred)
     if longer.chi2_per_dof < FAR:
         return longer
     del turns[count:]
@@ -197,13 +210,13 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
     return cut(fitted.problem.stretches, length).weighted_as(fitted.problem)
 
 
-def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace) -> Fitted:
+def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round."""
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         length = min(2.0 * length, longest)
         fitted = at_likeliest_speed(refined(fitted, length))
-        fitted = rounds(fitted, turns, pace, enough=0.0 if length == longest else FAR)
+        fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, barred)
     return fitted
 
 

@@ -22,6 +22,9 @@ from validate.scan import WORTH, gain_and_value
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known
 
+#: Names of effects.
+Names = frozenset[str]
+NONE: Names = frozenset()
 #: Candidates that are refitted in each round.
 FINALISTS = 8
 #: No campaign lacks more than this many effects that can be found, terms of a model that is too simple among them.
@@ -51,12 +54,17 @@ class Turn:
     taken: Judged | None
 
 
-def rounds(fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0) -> Fitted:
-    """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough."""
+def rounds(
+    fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0, barred: Names = NONE
+) -> Fitted:
+    """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough.
+
+    Effects whose names are ``barred`` are not looked at.
+    """
     again = 0
     while fitted.chi2_per_dof > enough:
-        turn = _turn(fitted, pace)
-        new = [turn] if turn.taken else _in_pairs(turn, pace)
+        turn = _turn(fitted, pace, barred)
+        new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
         turns += new
         taken = new[-1].taken
         if len(fitted.solution.structure.actives) >= MOST_EFFECTS:
@@ -79,9 +87,9 @@ def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
     return under(recalibrated(base.problem, base.solution), base, 20)
 
 
-def _turn(fitted: Fitted, pace: Pace) -> Turn:
+def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE) -> Turn:
     """One round: every candidate looked at, the most promising refitted and judged, one taken or none."""
-    actives = candidates(fitted.solution.structure)
+    actives = [a for a in candidates(fitted.solution.structure) if a.effect.name not in barred]
     pace.expect(1 + FINALISTS, ANOTHER + LAST)
     pace(f"a look at {len(actives)} causes")
     screened = screen(fitted, actives)
@@ -102,7 +110,7 @@ def _after(taken: Judged) -> Fitted:
     return with_waves_known(at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted)
 
 
-def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
+def _in_pairs(turn: Turn, pace: Pace, barred: Names = NONE) -> list[Turn]:
     """Far from the noise, two rounds that together come near it where neither effect does alone; else the one round.
 
     Where two effects are missing, each refit alone bends everything to make up for the other.
@@ -110,13 +118,13 @@ def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
     if len(turn.base.solution.structure.actives) + 2 > MOST_EFFECTS:
         return [turn]
     if turn.base.chi2_per_dof < FAR:
-        return _only_together(turn, pace)
+        return _only_together(turn, pace, barred)
     nearest = sorted(turn.judged, key=lambda j: j.fitted.chi2_per_dof)[:FIRST_OF_PAIRS]
     for one in nearest:
         if at_bound(one.fitted) or one.fitted.chi2_per_dof > PROMISING * turn.base.chi2_per_dof:
             continue
         pace(f"with {one.label}, another")
-        other = _turn(settled(one.fitted), pace)
+        other = _turn(settled(one.fitted), pace, barred)
         near = [j for j in other.judged if j.fitted.chi2_per_dof < FAR and not at_bound(j.fitted)]
         if near:
             second = min(near, key=lambda j: j.fitted.chi2_per_dof)
@@ -124,7 +132,7 @@ def _in_pairs(turn: Turn, pace: Pace) -> list[Turn]:
     return [turn]
 
 
-def _only_together(turn: Turn, pace: Pace) -> list[Turn]:
+def _only_together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
     """Near the noise, two rounds that are worth naming together where the first is sure and yet not; else the one.
 
     A compass that is off, and late besides: each alone is measured beyond doubt, and predicts no better.
@@ -135,7 +143,7 @@ def _only_together(turn: Turn, pace: Pace) -> list[Turn]:
     if not sure or at_bound(sure[0].fitted):
         return [turn]
     pace(f"with {sure[0].label}, another")
-    other = _turn(settled(sure[0].fitted), pace)
+    other = _turn(settled(sure[0].fitted), pace, barred)
     if other.taken is None or not worthwhile(turn.base, under(turn.base.problem, other.taken.fitted)):
         return [turn]
     return [replace(turn, taken=sure[0]), other]

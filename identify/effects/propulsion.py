@@ -33,8 +33,8 @@ def _walk(_: Setting, variant: Variant) -> dict[str, Term]:
 
 
 def _walking(setting: Setting) -> list[Variant]:
-    """Each propeller, and where there are several all of them alike, which turn the same way round."""
-    names = setting.of_kind("propeller")
+    """Each propeller or thruster, and where there are several all of them alike, which turn the same way round."""
+    names = setting.of_kind("propeller", "thruster")
     return [*([Variant()] if len(names) > 1 else []), *map(Variant, names)]
 
 
