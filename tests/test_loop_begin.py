@@ -83,10 +83,12 @@ def test_what_longer_windows_throw_far_off_stays_in_the_shorter_ones_and_its_rou
     ready = prepare(trials, ship.model)
     declared = fit_from_scratch(ready.structure, ready.identify, length=2.0 * SHORT)
     longer = SimpleNamespace(chi2_per_dof=chi2)
-    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _: turns.append("short") or fitted)
-    monkeypatch.setattr(loop, "_lengthened", lambda _fitted, turns, _pace: turns.append("long") or longer)
+    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, barred: turns.append("short") or fitted)
+    monkeypatch.setattr(
+        loop, "_lengthened", lambda _fitted, turns, _pace, _barred: turns.append("long") or longer
+    )
     turns = []
-    found = loop._gone_on_with(declared, turns, None)
+    found = loop._gone_on_with(declared, turns, None, frozenset())
     assert found is (longer if chi2 < FAR else declared)
     assert turns == (["short", "long"] if chi2 < FAR else ["short"])
 
@@ -103,3 +105,26 @@ def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_de
     monkeypatch.setattr(loop, "_wiring", lambda *_: wiring)
     monkeypatch.setattr(loop, "_searched", lambda _prepared, _declared, wired, _pace: ends[wired is None])
     assert loop.search(None) is ends[right]
+
+
+@pytest.mark.parametrize(
+    "chi2, first, nearer", [(2.6, "offset", True), (2.6, "offset", False), (1.1, "offset", True)]
+)
+def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_without_the_first(
+    monkeypatch, chi2, first, nearer
+):
+    def of(names, chi2):
+        active = [SimpleNamespace(effect=SimpleNamespace(name=n), label=n) for n in names]
+        turns = [SimpleNamespace(taken=SimpleNamespace(screened=SimpleNamespace(active=a))) for a in active]
+        fitted = SimpleNamespace(chi2_per_dof=chi2, problem=SimpleNamespace(length=30.0))
+        return SimpleNamespace(
+            turns=turns, standing=[SimpleNamespace(active=a) for a in active], fitted=fitted
+        )
+
+    found, other = of((first, "heading_bias"), chi2), of(("walk",), 1.0 if nearer else 2.5)
+    asked = []
+    monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
+    best = loop._begun_otherwise(None, None, found, lambda _: None)
+    far = chi2 > NEAR
+    assert asked == ([frozenset({first})] if far else [])
+    assert best is (other if far and nearer else found)

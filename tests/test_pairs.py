@@ -56,8 +56,9 @@ def test_near_the_noise_what_is_sure_but_not_worth_a_name_is_looked_at_with_anot
     judged = SimpleNamespace(label="late", fitted=late, p_value=p_value, evidence=100.0)
     other = Turn(late, (), (), SimpleNamespace(label="off", fitted=both))
     for name, stub in {
-        "_turn": lambda fitted, pace: other, "settled": lambda fitted: fitted, "under": lambda problem, fitted: fitted,
-        "consistent": lambda base, fit: True, "at_bound": lambda fit: False, "worthwhile": lambda base, fit: together,
+        "_turn": lambda fitted, pace, barred: other, "settled": lambda fitted: fitted,
+        "under": lambda problem, fitted: fitted, "consistent": lambda base, fit: True,
+        "at_bound": lambda fit: False, "worthwhile": lambda base, fit: together,
     }.items():  # fmt: skip
         monkeypatch.setattr(validate.rounds, name, stub)
     turns = _in_pairs(Turn(off, (), (judged,), None), Pace())

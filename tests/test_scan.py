@@ -105,3 +105,13 @@ def test_a_regression_knows_of_a_load():
     some = np.flatnonzero(true[: len(found)])
     off, without = (np.median(np.abs(x[some] / true[some] - 1.0)) for x in (found, unaware))
     assert off < 0.5 * without
+
+
+def test_a_thrust_that_fades_is_seen_where_the_first_order_knows_of_no_thrust():
+    there = [Effect("thrust_fade", {"rate": 2e-3})]
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 9, there, validate=0)
+    prepared = prepare(trials, "modulus")
+    structure = prepared.structure.with_effect(Active(LIBRARY["thrust_fade"], Variant()))
+    gain, p = gain_and_value(structure, prepared.identify, null_parameters(structure))
+    assert gain > 0.0
+    assert p[[s.name for s in structure.slots].index("rate")] > 0.0

@@ -10,12 +10,12 @@ from fixtures.effects import Effect
 from fixtures.sensors import Suite
 from identify.base_fit import fit_from_scratch
 from identify.drive import drive
-from identify.fitted import NEAR
+from identify.fitted import FAR, NEAR
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from validate.advice import idle_inputs
 from validate.other_logs import on_other_logs, with_other_logs
-from validate.structure_left import ahead, structured_share
+from validate.structure_left import ahead, over_whole_logs, seconds_ahead, spread_of, structured_share
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
 
@@ -88,3 +88,18 @@ def test_orders_that_come_between_samples_leave_nothing_to_explain_ahead_of_shor
     assert sum(w.steps for w in windows) == sum(w.steps for w in fitted.problem.windows)
     assert len(windows) < len(fitted.problem.windows)
     assert max(structured_share(fitted).values()) < 0.05
+
+
+@pytest.mark.parametrize("length, seconds", [(1.2, 30.0), (7.0, 30.0), (112.0, 120.0), (300.0, 150.0)])
+def test_a_ship_is_looked_at_as_far_ahead_as_it_needs_to_answer(length, seconds):
+    assert seconds_ahead(length) == pytest.approx(seconds)
+
+
+def test_far_from_the_noise_what_whole_logs_are_off_by_counts():
+    """A current that is not in the model drives predictions off, the farther the longer they run."""
+    ready = prepared_with(Effect("current", {"speed": 0.5, "direction": 1.0}))
+    fitted = fit_from_scratch(ready.structure, ready.identify)
+    assert ahead(fitted).chi2_per_dof > FAR
+    whole = over_whole_logs(fitted, ready.identify, spread_of(ready.identify))
+    share = structured_share(fitted)
+    assert all(share[c] >= whole[c] > 0.0 for c in "uvr")
