@@ -18,6 +18,7 @@ from identify.predict import run, shown
 from identify.report_fit import fitted_effect
 from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters
+from validate.candidates import candidates
 
 FINE = STEP / SUBSTEPS
 #: The contract's table: name, and the names of what is reported.
@@ -381,3 +382,9 @@ def test_an_antenna_is_looked_for_within_the_vessels_length_across_it_too():
         low, high = (b + vessel.antenna[k] for b in bounds[name])
         assert low == -high
         assert 0.5 * vessel.length < high < vessel.length + 0.5
+
+
+@pytest.mark.parametrize("inputs, ways", [(MOTORS, {None, "left", "right"}), ((RUDDER, PROPELLER), {"n"})])
+def test_thrusters_walk_as_propellers_do(inputs, ways):
+    every = candidates(structure_of("modulus", inputs))
+    assert {a.variant.input for a in every if a.effect.name == "propeller_walk"} == ways
