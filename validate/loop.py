@@ -130,13 +130,14 @@ def _clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
 
 
 def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace) -> Outcome:
-    """A search that took several effects and stayed off the noise; or one without the first, where that is nearer.
+    """A search that took several effects and came near the noise, not to it; or one without the first, if nearer.
 
     Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it.
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    if len(kept) < 2 or found.fitted.chi2_per_dof < NEAR or taken[0].effect.name not in kept:
+    between = NEAR <= found.fitted.chi2_per_dof < FAR  # farther off, no second search was seen to end nearer
+    if len(kept) < 2 or not between or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
     other = _searched(prepared, declared, None, pace, frozenset({taken[0].effect.name}))
