@@ -136,7 +136,7 @@ def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    between = NEAR <= found.fitted.chi2_per_dof < FAR  # farther off, no second search was seen to end nearer
+    between = NEAR <= found.fitted.chi2_per_dof < FAR  # farther off it would only take its time
     if len(kept) < 2 or not between or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
