@@ -141,9 +141,9 @@ def _series(
     for active, v in zip(structure.actives, values, strict=True):
         name = active.variant.input
         if active.effect.actuator and name in names:
-            command = series[name], switching[name]
+            options = {**active.variant.options, **_past(structure, active, stretch, begins)}
             series[name], switching[name] = active.effect.actuator(
-                v, command, dt, active.options_in(stretch.name)
+                v, (series[name], switching[name]), dt, options
             )
     forces = _thrusts(some, series, switching)
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
@@ -152,6 +152,19 @@ def _series(
             if active.effect.gain and item.kind in THRUSTING and active.variant.input in (None, item.name):
                 forces[f"thrust {item.name}"] = forces[f"thrust {item.name}"] * active.effect.gain(v, time)
     return series | forces
+
+
+def _past(
+    structure: Structure, active: Active, stretch: Stretch, begins: dict[str, float]
+) -> dict[str, object]:
+    """What an effect that remembers has to know of the time before a stretch."""
+    if not active.remembers or active.variant.input is None:
+        return {}
+    told = {n: stretch.before(n, begin) for n, begin in begins.items()}
+    for a in _rewired(structure).actives:
+        if a.effect.rewire:
+            told = a.effect.rewire(a.variant.options, told)
+    return {"before": told[active.variant.input], "begin": active.begin.get(stretch.name, 0.0)}
 
 
 def _logged(

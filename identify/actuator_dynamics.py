@@ -118,14 +118,17 @@ def rate_limited(
 
 
 @njit(**_COMPILED)
-def play(series, surge, width, begin):
+def play(series, surge, width, begin, before):
     """Backlash: the output stays until the input has crossed the half-width, then is dragged along.
 
-    ``begin``, -1 to 1, is where in the slack it is at first.
+    ``begin``, -1 to 1, is where in the slack it was at first; what it was told since then, ``before`` (m,) the series,
+    need be no more than the turning points of it.
     """
     out, more = np.empty_like(series), np.empty_like(series)
     held = series[0]
-    value = held + begin * width
+    value = (before[0] if before.shape[0] else held) + begin * width
+    for told in before:
+        value = min(max(value, told - width), told + width)
     for i in range(series.shape[0]):
         share, after = _switch(series, surge, i, held)
         before = min(max(value, held - width), held + width)

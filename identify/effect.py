@@ -139,8 +139,9 @@ class Effect:
         ``actuator(values, (series, surge), dt, options) -> (series, surge)``: from logged input to actuator, on a fine
         grid.
     begins : callable
-        ``begins(options)``: whether the actuator's own position at the begin of a log is unknown; ``actuator`` then
-        finds it in ``options["begin"]``, -1 to 1 of the effect's own width.
+        ``begins(options)``: whether where the actuator is depends on all that it was told before; ``actuator`` then
+        finds the input's turning points before a stretch in ``options["before"]``, and where it is as the log begins,
+        which nothing says, in ``options["begin"]``, -1 to 1 of the effect's own width.
     stepwise : callable
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
@@ -214,11 +215,10 @@ class Active:
     variant: Variant = field(default_factory=Variant)
     begin: Mapping[str, float] = field(default_factory=dict)
 
-    def options_in(self, log: str) -> Mapping[str, object]:
-        """The variant's options, with where the actuator is at the begin of a log where that matters."""
-        if self.effect.begins is None:
-            return self.variant.options
-        return {**self.variant.options, "begin": self.begin.get(log, 0.0)}
+    @property
+    def remembers(self) -> bool:
+        """Whether where the actuator is depends on all that it was told before."""
+        return self.effect.begins is not None and self.effect.begins(self.variant.options)
 
     @property
     def nulls(self) -> dict[str, float]:

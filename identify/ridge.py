@@ -2,8 +2,8 @@
 
 A rich model that has seen one rudder angle cannot tell a force in δ from one in |δ|δ. Two coefficients a hundred times
 their size then cancel each other on the logs that were fitted, and run away on the next. How tight a ridge keeps them
-is a matter of evidence: the likelihood with all coefficients integrated out (MacKay 1992), which a fit at the noise has
-from its own information. What the logs determine well stays where it is.
+is a matter of evidence: the likelihood with all coefficients integrated out (MacKay 1992), which a fit near the noise
+has from its own information. What the logs determine well stays where it is.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.first_states import first_states
-from identify.fitted import NEAR, Fitted
+from identify.fitted import FAR, Fitted
 from identify.output_error import RIDGE, prior_for, solve
 from identify.regression import coefficient_scales
 
@@ -26,8 +26,8 @@ BUDGET = 15
 
 
 def with_likeliest_ridge(fitted: Fitted) -> Fitted:
-    """A fit at the noise gone on with under the ridge of the greatest evidence; another fit as it is."""
-    if not fitted.chi2_per_dof < NEAR:
+    """A fit near the noise gone on with under the ridge of the greatest evidence; another fit as it is."""
+    if not fitted.chi2_per_dof < FAR:
         return fitted
     s, problem = fitted.solution, fitted.problem
     scales = coefficient_scales(s.structure, s.p, problem.stretches)
@@ -46,9 +46,9 @@ def doubt(fitted: Fitted, sd: FloatArray) -> float:
     To second order about the fit. What is no coefficient keeps its own prior, and is at its best.
     """
     s, prior, move = fitted.solution, fitted.prior, _move(fitted, sd)
-    information = s.reduced.information.sum(axis=0)
+    information, pull = _said(fitted)
     old, away = 1.0 / prior.sd**2, s.p - prior.mean
-    cost = move @ information @ move - 2.0 * (old * away) @ move + np.sum(((away + move) / sd) ** 2)
+    cost = move @ information @ move - 2.0 * pull @ move + np.sum(((away + move) / sd) ** 2)
     mine = np.array([slot.coefficient >= 0 for slot in s.structure.slots])
     others = information[np.ix_(~mine, ~mine)] + np.diag(old[~mine])
     across = information[np.ix_(~mine, mine)]
@@ -59,7 +59,16 @@ def doubt(fitted: Fitted, sd: FloatArray) -> float:
 
 def _move(fitted: Fitted, sd: FloatArray) -> FloatArray:
     """How far the parameters (np,) move where they are known beforehand to ``sd`` instead."""
-    s, prior = fitted.solution, fitted.prior
-    information, away = s.reduced.information.sum(axis=0), s.p - prior.mean
-    pull = away / prior.sd**2 - away / sd**2
+    information, pull = _said(fitted)
+    pull = pull - (fitted.solution.p - fitted.prior.mean) / sd**2
     return np.asarray(np.linalg.lstsq(information + np.diag(1.0 / sd**2), pull)[0], dtype=float)
+
+
+def _said(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
+    """What the logs say of the parameters (np, np), and how they pull at them (np,) against what was known beforehand.
+
+    Off the noise both are so much less as the errors are larger than it.
+    """
+    s, off = fitted.solution, max(1.0, fitted.chi2_per_dof)
+    pull = (s.p - fitted.prior.mean) / fitted.prior.sd**2
+    return s.reduced.information.sum(axis=0) / off, pull / off

@@ -132,6 +132,12 @@ class Stretch:
         return remembering(lambda name, begin: sampled(self.inputs[name], begin, step, n))
 
     @cached_property
+    def before(self) -> Callable[[str, float], FloatArray]:
+        """Turning points (n,) of an input up to a time on its log, its first value first; the last are remembered."""
+        remembering = lru_cache(maxsize=4 * max(1, len(self.inputs)))
+        return remembering(lambda name, until: turning_points(self.inputs[name], until))
+
+    @cached_property
     def gyro_line(self) -> SensorLine:
         """What the gyro said over the smoothed yaw rate: 1, 0 and 0 where the smoother followed it.
 
@@ -220,6 +226,16 @@ def _of_stream(
     if m.weight is not None:
         sigma *= np.sqrt(m.weight[keep][keep_finite])
     return m.t[keep][keep_finite], np.full(n, float(kind)), value, sigma
+
+
+def turning_points(m: Measurement, until: float) -> FloatArray:
+    """First value of an input, those from which it went the other way, and the last, (n,), up to a time on its log."""
+    value = np.asarray(m.value[m.good & (m.t <= until)], dtype=float)
+    moved = value[np.diff(value, prepend=np.nan) != 0.0]
+    if len(moved) < 3:
+        return moved
+    turns = np.diff(np.sign(np.diff(moved)), prepend=np.nan, append=np.nan) != 0.0
+    return np.asarray(moved[turns])
 
 
 def sampled(m: Measurement, begin: float, step: float, n: int) -> tuple[FloatArray, FloatArray]:

@@ -6,12 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from identify.actuator_dynamics import deadband_neutral, displaced, first_order, play, rate_limited
+from identify.stretch import turning_points
+from preprocess.trial import Measurement
 
 STEP_AT = 0.3041  # s, within a step of 12.5 ms
 FINELY = 2e-5
+NOTHING = np.empty(0)  # was told before
 
 
 def test_a_lag_is_first_order():
@@ -36,7 +41,7 @@ def test_a_rate_limit_bounds_the_rate():
 
 def test_play_follows_within_its_half_width():
     command = 0.3 * np.sin(np.linspace(0, 12, 600))
-    out, _ = play(command, np.zeros(len(command)), 0.1, 0.0)
+    out, _ = play(command, np.zeros(len(command)), 0.1, 0.0, NOTHING)
     assert np.abs(out - command).max() <= 0.1 + 1e-12
     moving_up = np.diff(out) > 1e-9
     assert np.allclose((command - out)[1:][moving_up], 0.1)
@@ -55,9 +60,28 @@ def test_a_neutral_band_gives_nothing_near_zero(shifted):
 @pytest.mark.parametrize("begin", [-1.0, 0.5])
 def test_play_begins_where_it_is_told_until_the_slack_is_taken_up(begin):
     command = np.concatenate([np.zeros(50), np.full(50, 0.5)])
-    out, _ = play(command, np.zeros(len(command)), 0.1, begin)
+    out, _ = play(command, np.zeros(len(command)), 0.1, begin, NOTHING)
     assert np.allclose(out[:50], 0.1 * begin)
     assert np.allclose(out[51:], 0.4)
+
+
+@pytest.mark.parametrize("begin", [-1.0, 0.5])
+@given(
+    told=st.lists(st.sampled_from(np.linspace(-1.0, 1.0, 21)), min_size=2, max_size=40),
+    cut=st.integers(min_value=1, max_value=38),
+)
+def test_play_remembers_what_it_was_told_before_a_stretch(begin, told, cut):
+    """Begun midway with the turning points of what came before, it is where it is if followed from the log's begin."""
+    values = np.array(told)
+    cut = min(cut, len(values) - 1)
+    logged = Measurement(
+        "rudder", np.arange(len(values), dtype=float), values, 0.0, values < 2.0, "RSA", {}, 1.0, True
+    )
+    before = turning_points(logged, cut - 0.5)
+    whole, _ = play(values, 0.0 * values, 0.13, begin, NOTHING)
+    rest, _ = play(values[cut:], 0.0 * values[cut:], 0.13, begin, before)
+    assert np.allclose(rest, whole[cut:], atol=1e-12)
+    assert len(before) <= cut
 
 
 def means(series, dt=0.0125, every=FINELY):
@@ -73,7 +97,7 @@ def means(series, dt=0.0125, every=FINELY):
     [
         (lambda c: first_order(*c, 0.0125, 0.21), lambda c: first_order(c, 0.0 * c, FINELY, 0.21)),
         (lambda c: rate_limited(*c, 0.0125, 7.0), lambda c: rate_limited(c, 0.0 * c, FINELY, 7.0)),
-        (lambda c: play(*c, 0.3, 0.2), lambda c: play(c, 0.0 * c, 0.3, 0.2)),
+        (lambda c: play(*c, 0.3, 0.2, NOTHING), lambda c: play(c, 0.0 * c, 0.3, 0.2, NOTHING)),
         (lambda c: deadband_neutral(*c, 0.3, True), lambda c: deadband_neutral(c, 0.0 * c, 0.3, True)),
         (lambda c: displaced(*c, -0.4), lambda c: displaced(c, 0.0 * c, -0.4)),
     ],

@@ -21,6 +21,7 @@ from identify.richer_model import richer_model
 from identify.whole_windows import sharpest
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
+from validate.begins import begun_in
 from validate.diagnosis import Diagnosis, Validation
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import Outcome, search
@@ -83,6 +84,8 @@ def analyse(
     richer = richer_model(outcome.fitted.solution.structure) if grows and outcome else None
     if richer:
         prepared, declared, outcome = _identify(trials, richer, estimator, optimiser, seed, loop, progress)
+    if outcome:
+        outcome = replace(outcome, fitted=begun_in(outcome.fitted, prepared.validate))
     windowed = _windowed(estimator, optimiser)
     declared = _nearest_bare(declared, outcome) if windowed else declared
     after = outcome.fitted if outcome and outcome.standing else declared

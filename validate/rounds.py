@@ -20,7 +20,7 @@ from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
 from validate.scan import WORTH, gain_and_value
 from validate.sizes import at_likeliest_size
-from validate.swell import with_waves_known
+from validate.swell import with_waves_known, without_waves
 
 #: Names of effects.
 Names = frozenset[str]
@@ -61,8 +61,14 @@ def rounds(
 
     Effects whose names are ``barred`` are not looked at.
     """
-    again = 0
+    again, waves = 0, None
     while fitted.chi2_per_dof > enough:
+        if fitted.problem.swell not in (None, waves):
+            waves, turn = fitted.problem.swell, _swinging(fitted, pace, barred)
+            if turn.taken:
+                turns.append(turn)
+                fitted = _after(turn.taken)
+                continue
         turn = _turn(fitted, pace, barred)
         new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
         turns += new
@@ -98,6 +104,21 @@ def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE) -> Turn:
     base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
     taken = next((j for j in judged if j.evidence > 0 and _worth_taking(base, j)), None)
     return Turn(base, tuple(screened), tuple(judged), taken)
+
+
+def _swinging(fitted: Fitted, pace: Pace, barred: Names) -> Turn:
+    """One round without the waves that a fit knows of, for what swings by itself: taken where none are seen with it.
+
+    What hardly damps answers every manoeuvre at its own frequency, which looks like waves that the windows' first
+    states and the waves then leave nothing of.
+    """
+    pace("what may swing as waves do")
+    swinging = {a.effect.name for a in candidates(fitted.solution.structure) if a.effect.fixed_terms}
+    others = {a.effect.name for a in candidates(fitted.solution.structure)} - swinging
+    turn = _turn(without_waves(fitted), pace, barred | others)
+    if turn.taken is None or not turn.taken.fitted.chi2_per_dof < FAR:
+        return replace(turn, taken=None)
+    return turn if _after(turn.taken).problem.swell is None else replace(turn, taken=None)
 
 
 def _worth_taking(base: Fitted, judged: Judged) -> bool:

@@ -56,7 +56,7 @@ ACTUATOR_RATE_LIMIT = Effect(
 
 def _deadband(p: Values, command: Acting, _: float, options: Mapping[str, object]) -> Acting:
     if options["form"] == "play":
-        out, more = play(*command, p["width"], options.get("begin", 0.0))
+        out, more = play(*command, p["width"], options["begin"], options["before"])
     else:
         out, more = deadband_neutral(*command, p["width"], options.get("shape") == "shifted")
     return out, more

@@ -136,7 +136,7 @@ RUDDER_FLOW = Effect(
 
 
 #: Natural frequencies to look at first, rad/s: so close that each is within reach of a resonance between two.
-_ROLL = (0.4, 0.54, 0.73, 0.98, 1.33, 1.8, 2.4, 3.3, 4.4, 6.0)
+_ROLL = (0.22, 0.3, 0.4, 0.54, 0.73, 0.98, 1.33, 1.8, 2.4, 3.3, 4.4, 6.0, 8.1)
 
 
 def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
