@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,10 +10,12 @@ import pytest
 from identification_samples import trials_of
 
 from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR, NEAR
 from identify.output_error import RIDGE, prior_for
 from identify.prepare import prepare
 from identify.regression import coefficient_scales
 from identify.ridge import RIDGES, doubt, with_likeliest_ridge
+from validate.refits import under
 
 
 @cache
@@ -43,6 +46,18 @@ def test_a_rich_model_on_zigzags_alone_is_kept_from_cancelling_forces():
     assert tight.prior.ridge < RIDGE
     assert np.abs(scaled(tight)).max() < np.abs(scaled(loose)).max()
     assert tight.solution.cost < loose.solution.cost + 10.0  # the logs themselves are fitted as well
+
+
+def test_near_the_noise_but_not_at_it_a_rich_model_is_kept_too():
+    """Sensors that are said to be better than they are: what is left of the errors is no noise."""
+    loose = sailed("cybership", ("zigzag", "zigzag", "zigzag", "circle"))
+    samples = [replace(s.samples, sigma=0.75 * s.samples.sigma) for s in loose.problem.stretches]
+    finer = [replace(s, samples=x) for s, x in zip(loose.problem.stretches, samples, strict=True)]
+    off = under(replace(loose.problem, stretches=tuple(finer)), loose)
+    assert NEAR < off.chi2_per_dof < FAR
+    tight = with_likeliest_ridge(off)
+    assert tight.prior.ridge < RIDGE
+    assert np.abs(scaled(tight)).max() < np.abs(scaled(off)).max()
 
 
 def test_what_the_logs_determine_stays_where_it_is():
