@@ -15,7 +15,7 @@ from identify.effect import Active
 from identify.flow import PARAMETERS, channel_of
 from identify.forces import THRUSTING, shares, thrust, together
 from identify.resample import straight_lines
-from identify.stretch import SUBSTEPS, Stretch
+from identify.stretch import SUBSTEPS, Before, Stretch
 from identify.structure import Structure
 from preprocess.vessel import Input
 
@@ -138,10 +138,12 @@ def _series(
     """Some inputs as the actuator made them, and their thrusts."""
     dt, names = stretch.h / SUBSTEPS, {i.name for i in some}
     series, switching = _logged(stretch, begins, _rewired(structure), names)
+    before = _before(structure, stretch, begins)
     for active, v in zip(structure.actives, values, strict=True):
         name = active.variant.input
         if active.effect.actuator and name in names:
-            options = {**active.variant.options, **_past(structure, active, stretch, begins)}
+            begin = active.begin.get(stretch.name, 0.0)
+            options = {**active.variant.options, **vars(before[name]), "begin": begin}
             series[name], switching[name] = active.effect.actuator(
                 v, (series[name], switching[name]), dt, options
             )
@@ -154,17 +156,15 @@ def _series(
     return series | forces
 
 
-def _past(
-    structure: Structure, active: Active, stretch: Stretch, begins: dict[str, float]
-) -> dict[str, object]:
-    """What an effect that remembers has to know of the time before a stretch."""
-    if not active.remembers or active.variant.input is None:
-        return {}
-    told = {n: stretch.before(n, begin) for n, begin in begins.items()}
-    for a in _rewired(structure).actives:
-        if a.effect.rewire:
-            told = a.effect.rewire(a.variant.options, told)
-    return {"before": told[active.variant.input], "begin": active.begin.get(stretch.name, 0.0)}
+def _before(structure: Structure, stretch: Stretch, begins: dict[str, float]) -> dict[str, Before]:
+    """What the inputs were before a stretch, as they are wired."""
+    found = {n: stretch.before(n, begin) for n, begin in begins.items()}
+    told = {n: x.told for n, x in found.items()}
+    lasted = {n: x.lasted for n, x in found.items()}
+    for active in _rewired(structure).actives:
+        if active.effect.rewire:
+            told, lasted = (active.effect.rewire(active.variant.options, x) for x in (told, lasted))
+    return {n: Before(told[n], np.abs(lasted[n])) for n in found}
 
 
 def _logged(

@@ -2,7 +2,8 @@
 
 A command is given by its means ``series`` (n,) over the steps of ``dt``, and by what the mean of its c·|c| is more than
 that of the mean, ``surge`` (n,): not nothing where it switched within the step, at the time that the means tell. What
-follows it begins there, not at the step's begin or end. Each function returns the same two of the actuator.
+follows it begins there, not at the step's begin or end. Each function returns the same two of the actuator. Where that
+depends on what it was told before, this is given by values and how long each held, ``told`` and ``lasted`` (m,).
 """
 
 from __future__ import annotations
@@ -82,10 +83,13 @@ def _both(share, before, after):
 
 
 @njit(**_COMPILED)
-def _followed(series, surge, dt, limit, at_a_rate):
-    """The command followed from where it begins: at a limited rate, or with a lag's time constant."""
+def _followed(series, surge, dt, limit, at_a_rate, told, lasted):
+    """The command followed at a limited rate, or with a lag; settled when it was first told anything."""
     out, more = np.empty_like(series), np.empty_like(series)
-    value = held = series[0]
+    held = series[0]
+    value = told[0] if told.shape[0] else held
+    for i in range(told.shape[0]):
+        value, _, _ = _on(value, told[i], lasted[i], limit, at_a_rate, _kept(lasted[i], limit, at_a_rate))
     whole = _kept(dt, limit, at_a_rate)
     for i in range(series.shape[0]):
         share, after = _switch(series, surge, i, held)
@@ -102,33 +106,37 @@ def _followed(series, surge, dt, limit, at_a_rate):
 
 
 def first_order(
-    series: FloatArray, surge: FloatArray, dt: float, time_constant: float
+    series: FloatArray,
+    surge: FloatArray,
+    dt: float,
+    time_constant: float,
+    told: FloatArray,
+    lasted: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Response of a first-order lag; starts settled."""
-    out, more = _followed(series, surge, dt, time_constant, False)
+    """Response of a first-order lag; settled when it was first told anything."""
+    out, more = _followed(series, surge, dt, time_constant, False, told, lasted)
     return out, more
 
 
 def rate_limited(
-    series: FloatArray, surge: FloatArray, dt: float, rate: float
+    series: FloatArray, surge: FloatArray, dt: float, rate: float, told: FloatArray, lasted: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Follow the command no faster than ``rate`` per second; starts settled."""
-    out, more = _followed(series, surge, dt, rate, True)
+    """Follow the command no faster than ``rate`` per second; settled when it was first told anything."""
+    out, more = _followed(series, surge, dt, rate, True, told, lasted)
     return out, more
 
 
 @njit(**_COMPILED)
-def play(series, surge, width, begin, before):
+def play(series, surge, width, begin, told):
     """Backlash: the output stays until the input has crossed the half-width, then is dragged along.
 
-    ``begin``, -1 to 1, is where in the slack it was at first; what it was told since then, ``before`` (m,) the series,
-    need be no more than the turning points of it.
+    ``begin``, -1 to 1, is where in the slack it was when it was first told anything.
     """
     out, more = np.empty_like(series), np.empty_like(series)
     held = series[0]
-    value = (before[0] if before.shape[0] else held) + begin * width
-    for told in before:
-        value = min(max(value, told - width), told + width)
+    value = (told[0] if told.shape[0] else held) + begin * width
+    for earlier in told:
+        value = min(max(value, earlier - width), earlier + width)
     for i in range(series.shape[0]):
         share, after = _switch(series, surge, i, held)
         before = min(max(value, held - width), held + width)

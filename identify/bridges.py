@@ -5,6 +5,9 @@ channel by C at a time that may be any is, in mean, a straight line, and about i
 covariance of a step at a random time is just that): √2 sin(kπx) / kπ, k = 1, 2, ... with independent sizes of variance
 1, where x runs from 0 to 1 between the samples. So is a random walk between them. The first of them moves the change
 by a standard deviation of about T/√12.
+
+What an actuator that follows its order slowly makes of a change lasts beyond the next sample; the whole of
+it then comes earlier or later together, and its shape is the answer to a change that is moved by T/√12.
 """
 
 from __future__ import annotations
@@ -34,6 +37,8 @@ MOST, ROOM = 96, 4_000_000
 FEW, NONE = 0.08, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
+#: What lasts longer is cut off after so many intervals.
+MOST_APART = 60
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def shapes_of(
         part
         for item in structure.inputs
         if stretch.inputs[item.name].sample_time > NONE
-        for part in _series(structure, p, stretch, item.name)
+        for part in _series_of(structure, p, stretch, item.name)
     ]
     if not series:
         nothing = np.zeros((stretch.steps, 0, len(structure.table.channels)))
@@ -119,11 +124,48 @@ def _columns(series: Sequence[_Series], window: IntArray, most: int) -> IntArray
     return np.asarray(column.reshape(size.shape), dtype=np.int64)
 
 
+def _series_of(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
+    """Shapes of one input."""
+    logged = stretch.inputs[name]
+    if int(np.sum(logged.good)) < 3:
+        return iter(())
+    lasting = _lasting(structure, p, name, float(np.abs(np.diff(logged.value[logged.good])).max()))
+    if lasting > logged.sample_time:
+        return _slow(structure, p, stretch, name, lasting)
+    return _series(structure, p, stretch, name)
+
+
+def _lasting(structure: Structure, p: FloatArray, name: str, change: float) -> float:
+    """How long, s, what acts on an input still answers to a change of it."""
+    return sum(
+        a.effect.lasting(structure.values(p, k), change)
+        for k, a in enumerate(structure.actives)
+        if a.effect.lasting and a.variant.input == name
+    )
+
+
+def _slow(
+    structure: Structure, p: FloatArray, stretch: Stretch, name: str, lasting: float
+) -> Iterator[_Series]:
+    """Answers of an input that lasts: every so manieth change is moved at once."""
+    logged = stretch.inputs[name]
+    begin, part = input_clocks(structure, p, stretch)[name], stretch.h / SUBSTEPS
+    change, _ = _places(logged, begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5))
+    apart = min(MOST_APART, 2 + math.ceil(lasting / logged.sample_time))
+    spread = _intervals(logged) / math.sqrt(12.0)
+    still, step = drive(structure, p, stretch).fine, 0.5 * part
+    which = np.cumsum(logged.good) - 1
+    for turn in range(apart):
+        moved = drive(structure, p, _moved(stretch, name, step * (which % apart == turn))).fine
+        owner = change - (change - turn) % apart
+        size = np.where(owner >= 0, spread[np.maximum(owner, 0)], 0.0)
+        number = owner.reshape(-1, SUBSTEPS).max(axis=1)
+        yield _Series(np.maximum(number, -1), *straight_lines((moved - still) * (size / step), SUBSTEPS))
+
+
 def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
     """Shapes of one input, every harmonic apart, and every change from those in the same step."""
     logged = stretch.inputs[name]
-    if int(np.sum(logged.good)) < 3:
-        return
     begin, part = input_clocks(structure, p, stretch)[name], stretch.h / SUBSTEPS
     at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     change, x = _places(logged, at)
@@ -151,12 +193,16 @@ def _places(logged: Measurement, at: FloatArray) -> tuple[IntArray, FloatArray]:
 
     A held input switches at its sample's time; the change may come half an interval earlier or later.
     """
-    t = logged.t[logged.good]
-    apart = np.diff(t, prepend=t[0])
-    interval = np.minimum(apart, LONGEST * logged.sample_time)
+    t, interval = logged.t[logged.good], _intervals(logged)
     end = t + 0.5 * interval if logged.held else t
     change = np.minimum(np.searchsorted(np.maximum.accumulate(end), at), len(t) - 1)
     return change, 1.0 - (end[change] - at) / np.maximum(interval[change], 1e-9)
+
+
+def _intervals(logged: Measurement) -> FloatArray:
+    """How long before each of an input's samples its change may have come, s."""
+    t = logged.t[logged.good]
+    return np.asarray(np.minimum(np.diff(t, prepend=t[0]), LONGEST * logged.sample_time))
 
 
 def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
@@ -166,6 +212,6 @@ def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) 
     return np.asarray((late - early) / (2.0 * step), dtype=float)
 
 
-def _moved(stretch: Stretch, name: str, shift: float) -> Stretch:
+def _moved(stretch: Stretch, name: str, shift: FloatArray | float) -> Stretch:
     logged = stretch.inputs[name]
     return replace(stretch, inputs={**stretch.inputs, name: replace(logged, t=logged.t + shift)})

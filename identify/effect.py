@@ -137,11 +137,12 @@ class Effect:
         ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
     actuator : callable
         ``actuator(values, (series, surge), dt, options) -> (series, surge)``: from logged input to actuator, on a fine
-        grid.
+        grid; what the input was before, and how long each value held, is in ``options["told"]`` and ``["lasted"]``.
+    lasting : callable
+        ``lasting(values, change) -> s`` for which the actuator still answers to a change of its input by so much.
     begins : callable
-        ``begins(options)``: whether where the actuator is depends on all that it was told before; ``actuator`` then
-        finds the input's turning points before a stretch in ``options["before"]``, and where it is as the log begins,
-        which nothing says, in ``options["begin"]``, -1 to 1 of the effect's own width.
+        ``begins(options)``: whether nothing says where the actuator is as a log begins; ``actuator`` then finds it in
+        ``options["begin"]``, -1 to 1 of the effect's own width.
     stepwise : callable
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
@@ -180,6 +181,7 @@ class Effect:
     terms: Callable[[Setting, Variant], Mapping[str, Term]] | None = None
     fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
     actuator: Callable[[Values, Acting, float, Mapping[str, object]], Acting] | None = None
+    lasting: Callable[[Values, float], float] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
     stepwise: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
@@ -216,8 +218,8 @@ class Active:
     begin: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def remembers(self) -> bool:
-        """Whether where the actuator is depends on all that it was told before."""
+    def is_slack(self) -> bool:
+        """Whether nothing says where the actuator is as a log begins."""
         return self.effect.begins is not None and self.effect.begins(self.variant.options)
 
     @property

@@ -25,8 +25,19 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 STREAMS = ("position", "heading", "yaw_rate", "velocity")
 KIND = {"position": POSITION, "heading": HEADING, "yaw_rate": YAW_RATE, "velocity": VELOCITY}
 
+#: Of an input so many values before a stretch are looked at: no actuator remembers more.
+MOST_BEFORE = 10_000
+
 #: Sub-steps per step on which actuators are computed.
 SUBSTEPS = 8
+
+
+@dataclass(frozen=True)
+class Before:
+    """What an input was before a stretch: values (n,), and how long each held, s (n,), the last until it begins."""
+
+    told: FloatArray
+    lasted: FloatArray
 
 
 @dataclass(frozen=True)
@@ -132,10 +143,10 @@ class Stretch:
         return remembering(lambda name, begin: sampled(self.inputs[name], begin, step, n))
 
     @cached_property
-    def before(self) -> Callable[[str, float], FloatArray]:
-        """Turning points (n,) of an input up to a time on its log, its first value first; the last are remembered."""
+    def before(self) -> Callable[[str, float], Before]:
+        """What an input was up to a time on its log; the last ones are remembered."""
         remembering = lru_cache(maxsize=4 * max(1, len(self.inputs)))
-        return remembering(lambda name, until: turning_points(self.inputs[name], until))
+        return remembering(lambda name, until: before(self.inputs[name], until))
 
     @cached_property
     def gyro_line(self) -> SensorLine:
@@ -228,14 +239,13 @@ def _of_stream(
     return m.t[keep][keep_finite], np.full(n, float(kind)), value, sigma
 
 
-def turning_points(m: Measurement, until: float) -> FloatArray:
-    """First value of an input, those from which it went the other way, and the last, (n,), up to a time on its log."""
-    value = np.asarray(m.value[m.good & (m.t <= until)], dtype=float)
-    moved = value[np.diff(value, prepend=np.nan) != 0.0]
-    if len(moved) < 3:
-        return moved
-    turns = np.diff(np.sign(np.diff(moved)), prepend=np.nan, append=np.nan) != 0.0
-    return np.asarray(moved[turns])
+def before(m: Measurement, until: float) -> Before:
+    """What an input was up to a time on its log, the last ``MOST_BEFORE`` of its values."""
+    known = m.good & (m.t <= until)
+    t, told = m.t[known], np.asarray(m.value[known], dtype=float)
+    changed = np.diff(told, prepend=np.nan) != 0.0
+    t, told = t[changed][-MOST_BEFORE:], told[changed][-MOST_BEFORE:]
+    return Before(told, np.diff(t, append=until))
 
 
 def sampled(m: Measurement, begin: float, step: float, n: int) -> tuple[FloatArray, FloatArray]:

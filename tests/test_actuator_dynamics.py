@@ -11,32 +11,33 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from identify.actuator_dynamics import deadband_neutral, displaced, first_order, play, rate_limited
-from identify.stretch import turning_points
+from identify.stretch import before
 from preprocess.trial import Measurement
 
 STEP_AT = 0.3041  # s, within a step of 12.5 ms
 FINELY = 2e-5
 NOTHING = np.empty(0)  # was told before
+NONE = NOTHING, NOTHING
 
 
 def test_a_lag_is_first_order():
     command = np.repeat(np.random.default_rng(0).uniform(-1, 1, 8), 40)
-    out, _ = first_order(command, np.zeros(len(command)), 0.01, 0.3)
+    out, _ = first_order(command, np.zeros(len(command)), 0.01, 0.3, *NONE)
     keep = math.exp(-0.01 / 0.3)
     ends = lfilter([1 - keep], [1, -keep], command - command[0]) + command[0]  # exact at the end of each step
     begins = np.concatenate([[command[0]], ends[:-1]])
     exact = command + (begins - command) * 0.3 / 0.01 * (1 - keep)  # mean over the step
     assert np.allclose(out, exact, atol=1e-12)
-    assert np.allclose(first_order(command, np.zeros(len(command)), 0.01, 0.0)[0], command, atol=1e-15)
+    assert np.allclose(first_order(command, np.zeros(len(command)), 0.01, 0.0, *NONE)[0], command, atol=1e-15)
 
 
 def test_a_rate_limit_bounds_the_rate():
     command = np.concatenate([np.zeros(20), np.ones(200), -np.ones(300)])
-    out, _ = rate_limited(command, np.zeros(len(command)), 0.01, 0.8)
+    out, _ = rate_limited(command, np.zeros(len(command)), 0.01, 0.8, *NONE)
     assert np.abs(np.diff(out)).max() <= 1.5 * 0.8 * 0.01 + 1e-12  # means over steps, the last one a part
     assert np.interp(0.5, out[20:220], np.arange(200) * 0.01) == pytest.approx(0.5 / 0.8, abs=0.01)
     assert out[-1] == pytest.approx(-1.0)
-    assert np.allclose(rate_limited(command, np.zeros(len(command)), 0.01, 1e9)[0], command, atol=1e-8)
+    assert np.allclose(rate_limited(command, np.zeros(len(command)), 0.01, 1e9, *NONE)[0], command, atol=1e-8)
 
 
 def test_play_follows_within_its_half_width():
@@ -65,23 +66,28 @@ def test_play_begins_where_it_is_told_until_the_slack_is_taken_up(begin):
     assert np.allclose(out[51:], 0.4)
 
 
-@pytest.mark.parametrize("begin", [-1.0, 0.5])
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        lambda c, b: play(*c, 0.13, 0.5, b.told),
+        lambda c, b: first_order(*c, 1.0, 1.7, b.told, b.lasted),
+        lambda c, b: rate_limited(*c, 1.0, 0.31, b.told, b.lasted),
+    ],
+)
 @given(
     told=st.lists(st.sampled_from(np.linspace(-1.0, 1.0, 21)), min_size=2, max_size=40),
     cut=st.integers(min_value=1, max_value=38),
 )
-def test_play_remembers_what_it_was_told_before_a_stretch(begin, told, cut):
-    """Begun midway with the turning points of what came before, it is where it is if followed from the log's begin."""
+def test_an_actuator_remembers_what_it_was_told_before_a_stretch(actuator, told, cut):
+    """Begun midway with what the log says of before, it is where it is if followed from the log's begin."""
     values = np.array(told)
-    cut = min(cut, len(values) - 1)
-    logged = Measurement(
-        "rudder", np.arange(len(values), dtype=float), values, 0.0, values < 2.0, "RSA", {}, 1.0, True
-    )
-    before = turning_points(logged, cut - 0.5)
-    whole, _ = play(values, 0.0 * values, 0.13, begin, NOTHING)
-    rest, _ = play(values[cut:], 0.0 * values[cut:], 0.13, begin, before)
+    cut, t = min(cut, len(values) - 1), np.arange(len(values), dtype=float)
+    logged = Measurement("rudder", t, values, 0.0, t >= 0.0, held=True)
+    earlier = before(logged, float(cut))
+    whole, _ = actuator((values, 0.0 * values), before(logged, -1.0))
+    rest, _ = actuator((values[cut:], 0.0 * values[cut:]), earlier)
     assert np.allclose(rest, whole[cut:], atol=1e-12)
-    assert len(before) <= cut
+    assert sum(earlier.lasted) == pytest.approx(cut)
 
 
 def means(series, dt=0.0125, every=FINELY):
@@ -95,8 +101,14 @@ def means(series, dt=0.0125, every=FINELY):
 @pytest.mark.parametrize(
     ("coarse", "fine"),
     [
-        (lambda c: first_order(*c, 0.0125, 0.21), lambda c: first_order(c, 0.0 * c, FINELY, 0.21)),
-        (lambda c: rate_limited(*c, 0.0125, 7.0), lambda c: rate_limited(c, 0.0 * c, FINELY, 7.0)),
+        (
+            lambda c: first_order(*c, 0.0125, 0.21, *NONE),
+            lambda c: first_order(c, 0.0 * c, FINELY, 0.21, *NONE),
+        ),
+        (
+            lambda c: rate_limited(*c, 0.0125, 7.0, *NONE),
+            lambda c: rate_limited(c, 0.0 * c, FINELY, 7.0, *NONE),
+        ),
         (lambda c: play(*c, 0.3, 0.2, NOTHING), lambda c: play(c, 0.0 * c, 0.3, 0.2, NOTHING)),
         (lambda c: deadband_neutral(*c, 0.3, True), lambda c: deadband_neutral(c, 0.0 * c, 0.3, True)),
         (lambda c: displaced(*c, -0.4), lambda c: displaced(c, 0.0 * c, -0.4)),

@@ -56,7 +56,7 @@ def begun_at(fitted, stretch, place):
 def test_what_the_input_did_before_a_stretch_tells_where_the_slack_is(place):
     fitted, [stretch] = fitted_and_unseen()
     assert stretch.start >= CUT
-    assert len(stretch.before("rudder", stretch.start)) == 2
+    assert len(stretch.before("rudder", stretch.start).told) == 2
     assert (
         misfit(begun_at(fitted, stretch, place), stretch) < 0.012
     )  # the states' noise and the end of a transient

@@ -13,6 +13,8 @@ from fixtures.sensors import Suite
 from identify.acting import input_clocks, lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.bridges import MOST, shapes_of
+from identify.effect import Active, Variant
+from identify.effects.actuators import ACTUATOR_LAG
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.structure import null_parameters
@@ -92,6 +94,26 @@ def test_shapes_move_a_change_by_a_twelfth_of_its_interval_squared():
     jumps = np.concatenate([np.abs(np.diff(np.abs(m.value) * m.value)) for m in logged])
     largest = np.sort(jumps)[-1] * 0.25 / np.sqrt(12.0)
     assert np.isclose(area.max(), largest, rtol=0.1)
+
+
+@pytest.mark.parametrize("late", [0.3, 0.8])
+def test_what_a_slow_actuator_makes_of_a_change_comes_early_or_late_as_a_whole(late):
+    """Each answer to a moved change has the impulse that it has without a lag, be it over many samples."""
+    _, _, fitted = sailed()
+    stretch, s = fitted.problem.stretches[0], fitted.solution
+    name = s.structure.inputs[0].name
+    structure = s.structure.with_effect(Active(ACTUATOR_LAG, Variant(name)))
+    p = structure.carried(s.p, s.structure)
+    p[[slot.name == "time_constant" for slot in structure.slots]] = late
+    shapes = shapes_of(structure, p, stretch, [(0, stretch.steps)])
+    place = s.structure.table.channels.index("T:thruster")
+    impulse = np.abs(shapes.mean[:, :, place].sum(axis=0)) * stretch.h
+    logged = stretch.inputs[name]
+    jumps = np.abs(np.diff(np.abs(logged.value) * logged.value))
+    at = logged.t[1:][np.argsort(jumps)[-3:]]
+    assert ((at > stretch.start) & (at < stretch.grid[-1] - 6.0 * late)).all()
+    expected = np.sort(jumps)[-3:] * 0.25 / np.sqrt(12.0)
+    assert all(np.min(np.abs(impulse - x)) < 0.1 * x for x in expected)
 
 
 def test_what_hides_nothing_whitens_nothing():

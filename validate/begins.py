@@ -51,7 +51,7 @@ def begun_in(fitted: Fitted, others: Sequence[Stretch]) -> Fitted:
 
 def _slack(structure: Structure) -> list[int]:
     """Places of the effects that have a begin of their own."""
-    return [k for k, a in enumerate(structure.actives) if a.remembers]
+    return [k for k, a in enumerate(structure.actives) if a.is_slack]
 
 
 def _first_windows(problem: Problem) -> Problem:

@@ -23,7 +23,17 @@ from validate.consistency import consistent, gains_by_time, stands_out
 from validate.hidden_share import accounted_for
 from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
-from validate.refits import begun_at, best_first, converges, raced, step_tolerance, target_gap, total, under
+from validate.refits import (
+    STRAYS,
+    begun_at,
+    best_first,
+    converges,
+    raced,
+    step_tolerance,
+    target_gap,
+    total,
+    under,
+)
 from validate.scan import best_value
 from validate.score_scatter import Scatter, scatter
 from validate.sizes import begun_between_sizes
@@ -224,9 +234,10 @@ def worthwhile(base: Fitted, fit: Fitted) -> bool:
 def beyond_doubt(base: Fitted, judged: Judged) -> bool:
     """Whether an effect is measured near the noise beyond any doubt, be it of no use to a free run.
 
-    Left out, it would bend what stands in for it, and tell two causes apart that are one.
+    Left out, it would bend what stands in for it, and tell two causes apart that are one. Where slow errors stay that
+    are many times the noise, something else is missing, and a small effect may be no more than its shadow.
     """
-    sure = base.chi2_per_dof < NEAR and judged.evidence > DOUBTFUL
+    sure = base.chi2_per_dof < NEAR and base.slow < STRAYS and judged.evidence > DOUBTFUL
     return sure and not at_bound(judged.fitted) and consistent(base, judged.fitted)
 
 

@@ -21,7 +21,8 @@ ACTUATOR_LAG = Effect(
     "Step the actuator and film it, or log its feedback.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("time_constant", "s", 0.1, (0.0, 20.0), starts=(0.2, 1.0)),),
-    actuator=lambda p, a, dt, _: first_order(*a, dt, p["time_constant"]),
+    actuator=lambda p, a, dt, o: first_order(*a, dt, p["time_constant"], o["told"], o["lasted"]),
+    lasting=lambda p, _: 3.0 * p["time_constant"],
     variants=_each,
 )  # fmt: skip
 
@@ -40,6 +41,11 @@ ACTUATOR_DELAY = Effect(
 #: A rate from which on nothing is limited.
 UNLIMITED = 1e4
 
+
+def _rate(p: Values) -> float:
+    return p["rate"] if p["rate"] < UNLIMITED else math.inf
+
+
 ACTUATOR_RATE_LIMIT = Effect(
     "actuator_rate_limit", "actuator",
     "|ȧ| ≤ rate",
@@ -49,14 +55,15 @@ ACTUATOR_RATE_LIMIT = Effect(
     parameters=(
         Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.2, 0.4, 0.8), relative=True),
     ),
-    actuator=lambda p, a, dt, _: rate_limited(*a, dt, p["rate"] if p["rate"] < UNLIMITED else math.inf),
+    actuator=lambda p, a, dt, o: rate_limited(*a, dt, _rate(p), o["told"], o["lasted"]),
+    lasting=lambda p, change: change / p["rate"],
     variants=_each,
 )  # fmt: skip
 
 
 def _deadband(p: Values, command: Acting, _: float, options: Mapping[str, object]) -> Acting:
     if options["form"] == "play":
-        out, more = play(*command, p["width"], options["begin"], options["before"])
+        out, more = play(*command, p["width"], options["begin"], options["told"])
     else:
         out, more = deadband_neutral(*command, p["width"], options.get("shape") == "shifted")
     return out, more
