@@ -7,15 +7,16 @@ others again.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.actuator_dynamics import Before
 from identify.effect import Active
 from identify.flow import PARAMETERS, channel_of
 from identify.forces import THRUSTING, shares, thrust, together
 from identify.resample import straight_lines
-from identify.stretch import SUBSTEPS, Before, Stretch
+from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
 from preprocess.vessel import Input
 
@@ -142,10 +143,10 @@ def _series(
     for active, v in zip(structure.actives, values, strict=True):
         name = active.variant.input
         if active.effect.actuator and name in names:
-            begin = active.begin.get(stretch.name, 0.0)
-            options = {**active.variant.options, **vars(before[name]), "begin": begin}
+            earlier = replace(before[name], begin=active.begin.get(stretch.name, 0.0))
+            command = series[name], switching[name]
             series[name], switching[name] = active.effect.actuator(
-                v, (series[name], switching[name]), dt, options
+                v, command, dt, active.variant.options, earlier
             )
     forces = _thrusts(some, series, switching)
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)

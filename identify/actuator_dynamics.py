@@ -9,12 +9,25 @@ depends on what it was told before, this is given by values and how long each he
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 _COMPILED = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+
+@dataclass(frozen=True)
+class Before:
+    """What an input was before a stretch: values (m,), and how long each held, s (m,), the last until it begins.
+
+    ``begin``, -1 to 1 of its width, is where in its slack a linkage was at first.
+    """
+
+    told: FloatArray
+    lasted: FloatArray
+    begin: float = 0.0
 
 
 @njit(**_COMPILED)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.actuator_dynamics import Before
 from identify.term import Term
 from preprocess.vessel import Input, Vessel
 
@@ -136,13 +137,12 @@ class Effect:
     fixed_terms : callable
         ``fixed_terms(values) -> ((Term, coefficient), …)``: regressors whose coefficients follow from the parameters.
     actuator : callable
-        ``actuator(values, (series, surge), dt, options) -> (series, surge)``: from logged input to actuator, on a fine
-        grid; what the input was before, and how long each value held, is in ``options["told"]`` and ``["lasted"]``.
+        ``actuator(values, (series, surge), dt, options, before) -> (series, surge)``: from logged input to actuator, on
+        a fine grid.
     lasting : callable
         ``lasting(values, change) -> s`` for which the actuator still answers to a change of its input by so much.
     begins : callable
-        ``begins(options)``: whether nothing says where the actuator is as a log begins; ``actuator`` then finds it in
-        ``options["begin"]``, -1 to 1 of the effect's own width.
+        ``begins(options)``: whether nothing says where the actuator is as a log begins: ``before.begin`` must be found.
     stepwise : callable
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
@@ -180,7 +180,7 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     terms: Callable[[Setting, Variant], Mapping[str, Term]] | None = None
     fixed_terms: Callable[[Values], tuple[tuple[Term, float], ...]] | None = None
-    actuator: Callable[[Values, Acting, float, Mapping[str, object]], Acting] | None = None
+    actuator: Callable[[Values, Acting, float, Mapping[str, object], Before], Acting] | None = None
     lasting: Callable[[Values, float], float] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
     stepwise: Callable[[Mapping[str, object]], bool] | None = None

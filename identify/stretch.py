@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import correlate1d
 
+from identify.actuator_dynamics import Before
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
@@ -30,14 +31,6 @@ MOST_BEFORE = 10_000
 
 #: Sub-steps per step on which actuators are computed.
 SUBSTEPS = 8
-
-
-@dataclass(frozen=True)
-class Before:
-    """What an input was before a stretch: values (n,), and how long each held, s (n,), the last until it begins."""
-
-    told: FloatArray
-    lasted: FloatArray
 
 
 @dataclass(frozen=True)

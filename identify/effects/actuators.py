@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from itertools import combinations
 
-from identify.actuator_dynamics import deadband_neutral, displaced, first_order, play, rate_limited
+from identify.actuator_dynamics import Before, deadband_neutral, displaced, first_order, play, rate_limited
 from identify.effect import Acting, Effect, FloatArray, Parameter, Setting, Values, Variant
 
 
@@ -21,7 +21,7 @@ ACTUATOR_LAG = Effect(
     "Step the actuator and film it, or log its feedback.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("time_constant", "s", 0.1, (0.0, 20.0), starts=(0.2, 1.0)),),
-    actuator=lambda p, a, dt, o: first_order(*a, dt, p["time_constant"], o["told"], o["lasted"]),
+    actuator=lambda p, a, dt, _, b: first_order(*a, dt, p["time_constant"], b.told, b.lasted),
     lasting=lambda p, _: 3.0 * p["time_constant"],
     variants=_each,
 )  # fmt: skip
@@ -55,15 +55,15 @@ ACTUATOR_RATE_LIMIT = Effect(
     parameters=(
         Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.2, 0.4, 0.8), relative=True),
     ),
-    actuator=lambda p, a, dt, o: rate_limited(*a, dt, _rate(p), o["told"], o["lasted"]),
+    actuator=lambda p, a, dt, _, b: rate_limited(*a, dt, _rate(p), b.told, b.lasted),
     lasting=lambda p, change: change / p["rate"],
     variants=_each,
 )  # fmt: skip
 
 
-def _deadband(p: Values, command: Acting, _: float, options: Mapping[str, object]) -> Acting:
+def _deadband(p: Values, command: Acting, _: float, options: Mapping[str, object], before: Before) -> Acting:
     if options["form"] == "play":
-        out, more = play(*command, p["width"], options["begin"], options["told"])
+        out, more = play(*command, p["width"], before.begin, before.told)
     else:
         out, more = deadband_neutral(*command, p["width"], options.get("shape") == "shifted")
     return out, more
@@ -96,7 +96,7 @@ ACTUATOR_OFFSET = Effect(
     "Line the rudder or the thruster up by eye at zero command; trim of the controller.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True),),
-    actuator=lambda p, a, _, __: displaced(*a, p["offset"]),
+    actuator=lambda p, a, *_: displaced(*a, p["offset"]),
     variants=_each,
 )  # fmt: skip
 
