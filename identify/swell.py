@@ -26,9 +26,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: Half width at half height of a resonance whose band has a unit of spread.
 RESONANCE = 0.6
 #: Beyond so many of these widths a band is its skirt, which ends at these multiples of its frequency.
-CORE, ENDS = 3.0, (0.4, 2.2)
+CORE, ENDS = 3.0, (0.4, 3.5)
 #: Frequencies are so many cycles of a window apart; the skirt has so many at most.
-APART, MOST = 0.75, 28
+APART, MOST = 0.75, 44
 #: A window's variance is reckoned at so many times.
 STEPS = 200
 
@@ -102,7 +102,8 @@ class Swell:
         """Independent swings (n, K) at times ``t`` (n,), s, resolved over ``length`` s; the core's variance is 1."""
         apart, core = 2.0 * math.pi * APART / length, CORE * self.width
         low, high = (round(abs(e - 1.0) * self.frequency / apart) for e in ENDS)
-        some = (min(low, MOST // 2), min(high, MOST - MOST // 2)) if self.skirt > 0.0 else (0, 0)
+        low = min(low, MOST // 2)
+        some = (low, min(high, MOST - low)) if self.skirt > 0.0 else (0, 0)
         least = max(2, math.ceil(core / apart))
         away = apart * np.arange(-max(some[0], least), max(some[1], least) + 1)
         power = 1.0 / (1.0 + (away / self.width) ** 2)

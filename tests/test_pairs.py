@@ -63,3 +63,34 @@ def test_near_the_noise_what_is_sure_but_not_worth_a_name_is_looked_at_with_anot
         monkeypatch.setattr(validate.rounds, name, stub)
     turns = _in_pairs(Turn(off, (), (judged,), None), Pace())
     assert [t.taken for t in turns if t.taken] == [judged, other.taken][:found]
+
+
+@pytest.mark.parametrize(
+    ("still", "chi2", "taken"), [(False, 1.2, True), (True, 1.2, False), (False, 9.0, False)]
+)
+def test_what_swings_stands_for_waves_where_none_are_seen_with_it(monkeypatch, still, chi2, taken):
+    """Waves that a fit knows of leave nothing of a roll: it is looked at without them, and alone."""
+    structure = SimpleNamespace(actives=())
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(swell="seen"), solution=SimpleNamespace(structure=structure)
+    )
+    effects = {
+        n: SimpleNamespace(name=n, fixed_terms=n == "roll_coupling")
+        for n in ("wind", "roll_coupling", "current")
+    }
+    judged = SimpleNamespace(label="roll", fitted=SimpleNamespace(chi2_per_dof=chi2))
+    after = SimpleNamespace(problem=SimpleNamespace(swell="seen" if still else None))
+    seen = []
+
+    def turn(fitted, pace, barred):
+        seen.append((fitted, barred))
+        return Turn(fitted, (), (judged,), judged)
+
+    for name, stub in {
+        "candidates": lambda structure: [SimpleNamespace(effect=e) for e in effects.values()], "_turn": turn,
+        "without_waves": lambda fitted: "bare", "_after": lambda judged: after,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(validate.rounds, name, stub)
+    found = validate.rounds._swinging(fit, Pace(), frozenset({"current"}))
+    assert (found.taken is judged) is taken
+    assert seen == [("bare", frozenset({"wind", "current"}))]

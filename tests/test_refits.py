@@ -17,7 +17,7 @@ from preprocess.cores import on_cores
 from validate import refits
 from validate.candidates import candidates, screen
 from validate.pace import Pace
-from validate.refits import CONVERGES, FEW, FIRST, converges, raced
+from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refit
 
 
 @cache
@@ -73,3 +73,24 @@ def test_a_refit_converges_from_a_fit_near_the_noise_unless_what_is_slow_of_a_co
         problem = replace(fitted.problem, inflation=np.ones(4), dispersion=dispersion)
         assert converges(replace(fitted, problem=problem)) is expected
     assert not converges(far_off()[0])
+
+
+@pytest.mark.parametrize(
+    ("vessel", "roll"),
+    [
+        ("usv", {"frequency": 0.5, "damping": 0.1, "sway": -0.5, "yaw": -0.2}),
+        ("tanker", {"frequency": 0.3, "damping": 0.12, "sway": -0.3, "yaw": -0.1}),
+    ],
+)
+def test_a_slow_roll_is_found_though_the_way_to_it_is_bent(vessel, roll):
+    ship, trials = trials_of(
+        vessel, ("zigzag", "random", "circle", "zigzag10"), 120.0, 6, (Effect("roll_coupling", roll),)
+    )
+    prepared = prepare(trials, ship.model)
+    base = fit_from_scratch(prepared.structure, prepared.identify)
+    [screened] = screen(base, [a for a in candidates(prepared.structure) if a.effect.name == "roll_coupling"])
+    found = refit(base, screened)
+    assert found.chi2_per_dof < 0.03 * base.chi2_per_dof
+    own = found.solution.structure.values(found.solution.p, 0)
+    assert own["frequency"] == pytest.approx(roll["frequency"], rel=0.1)
+    assert own["damping"] == pytest.approx(roll["damping"], rel=0.3)

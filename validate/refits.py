@@ -78,9 +78,9 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
         )
         ways.append((forced.p, forced.first))
     moved = min((search(p, x, budget=0) for p, x in ways), key=total)
-    if converges(fitted):
+    if converges(fitted) and not swings(structure):
         return went_on(Fitted(problem, prior, moved), 20, target)
-    anew = search(*_other_start(structure, screened, fitted), budget=2)
+    anew = search(*_other_start(structure, screened, fitted), budget=20 if swings(structure) else 2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
 
 
@@ -96,10 +96,20 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
     return mine & ~pushes if silent else np.zeros(len(p), dtype=bool)
 
 
+def swings(structure: Structure) -> bool:
+    """Whether the last effect swings by itself: its own valley is narrow, and bent all the way from none of it."""
+    return any(s.parameter.shape for s in structure.slots if s.effect == len(structure.actives) - 1)
+
+
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
-    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
+    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
+
+    What swings is begun roughly with the frequency that was looked at.
+    """
     problem = base.problem
-    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
+    value: FloatArray | None = screened.unmoved
+    if not swings(structure):
+        value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first

@@ -20,8 +20,8 @@ from validate.waves import perhaps_waves, waves_of
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 3
-#: Shares of a resonance's skirt that are tried.
-SKIRTS = (0.0, 0.03, 0.1, 0.3, 1.0)
+#: Shares of a resonance's skirt that are tried; one above 1 where the band is seen narrower than it is.
+SKIRTS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
 
 def with_waves_known(fitted: Fitted) -> Fitted:
