@@ -94,3 +94,18 @@ def test_a_slow_roll_is_found_though_the_way_to_it_is_bent(vessel, roll):
     own = found.solution.structure.values(found.solution.p, 0)
     assert own["frequency"] == pytest.approx(roll["frequency"], rel=0.1)
     assert own["damping"] == pytest.approx(roll["damping"], rel=0.3)
+
+
+def test_what_would_run_away_in_the_other_windows_is_begun_roughly_there():
+    """A candidate that some windows spoke for is not lost because the base's first states throw it out of another."""
+    fitted, screened = far_off()
+    structure = fitted.solution.structure.with_effect(
+        next(s.active for s in screened if s.active.label == "actuator_delay (rudder)")
+    )
+    delay = np.array([float(s.name == "delay") for s in structure.slots])
+    part = fit_from_scratch(structure, fitted.problem.stretches, delay, length=10.0)
+    nowhere = np.full_like(fitted.solution.first, np.nan)
+    thrown = replace(fitted, solution=replace(fitted.solution, first=nowhere))
+    found = refits._whole(thrown, part)
+    assert np.isfinite(found.solution.total)
+    assert found.chi2_per_dof < 0.2 * fitted.chi2_per_dof

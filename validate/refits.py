@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -213,13 +213,27 @@ def best_first(refitted: Sequence[tuple[Screened, Fitted]], base: Fitted) -> lis
 
 
 def _whole(base: Fitted, part: Fitted) -> Fitted:
-    """A fit on some windows taken on to all of the base's."""
-    s, problem = part.solution, base.problem
-    found = solve(
-        problem, s.structure, s.p, base.solution.first, part.prior, anchor=first_states(problem), budget=18,
+    """A fit on some windows taken on to all of the base's, from the first begin that runs away in none of them."""
+    structure, problem = part.solution.structure, base.problem
+    search = partial(
+        solve, problem, structure, prior=part.prior, anchor=first_states(problem), budget=18,
         tolerance=step_tolerance(base),
     )  # fmt: skip
+    found = part.solution
+    for p, first in _begins(base, part):
+        found = search(p, first)
+        if np.isfinite(found.total):
+            break
     return Fitted(problem, part.prior, found)
+
+
+def _begins(base: Fitted, part: Fitted) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Where a fit on some windows may begin in all: with the base's first states, with its own, or roughly anew."""
+    structure, problem, p = part.solution.structure, base.problem, part.solution.p
+    yield p, base.solution.first
+    yield p, settled(problem, structure, p).first
+    p = roughly(structure, problem.stretches, effects_alone(structure, p), min(SHORT, problem.length))
+    yield p, settled(problem, structure, p).first
 
 
 def target_gap(base: Fitted, best: Fitted) -> float:
