@@ -92,5 +92,6 @@ def test_what_swings_stands_for_waves_where_none_are_seen_with_it(monkeypatch, s
     }.items():  # fmt: skip
         monkeypatch.setattr(validate.rounds, name, stub)
     found = validate.rounds._swinging(fit, Pace(), frozenset({"current"}))
-    assert (found.taken is judged) is taken
+    assert (found is not None) is taken
+    assert not taken or (found[0].taken, found[1]) == (judged, after)
     assert seen == [("bare", frozenset({"wind", "current"}))]

@@ -64,10 +64,10 @@ def rounds(
     again, waves = 0, None
     while fitted.chi2_per_dof > enough:
         if fitted.problem.swell not in (None, waves):
-            waves, turn = fitted.problem.swell, _swinging(fitted, pace, barred)
-            if turn.taken:
-                turns.append(turn)
-                fitted = _after(turn.taken)
+            waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
+            if instead:
+                turns.append(instead[0])
+                fitted = instead[1]
                 continue
         turn = _turn(fitted, pace, barred)
         new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
@@ -106,19 +106,21 @@ def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE) -> Turn:
     return Turn(base, tuple(screened), tuple(judged), taken)
 
 
-def _swinging(fitted: Fitted, pace: Pace, barred: Names) -> Turn:
-    """One round without the waves that a fit knows of, for what swings by itself: taken where none are seen with it.
+def _swinging(fitted: Fitted, pace: Pace, barred: Names) -> tuple[Turn, Fitted] | None:
+    """One round without the waves that a fit knows of, for what swings by itself, and the fit with it.
+
+    None where nothing is taken, or waves are seen with it all the same.
 
     What hardly damps answers every manoeuvre at its own frequency, which looks like waves that the windows' first
     states and the waves then leave nothing of.
     """
     pace("what may swing as waves do")
-    swinging = {a.effect.name for a in candidates(fitted.solution.structure) if a.effect.fixed_terms}
-    others = {a.effect.name for a in candidates(fitted.solution.structure)} - swinging
+    others = {a.effect.name for a in candidates(fitted.solution.structure) if not a.effect.fixed_terms}
     turn = _turn(without_waves(fitted), pace, barred | others)
     if turn.taken is None or not turn.taken.fitted.chi2_per_dof < FAR:
-        return replace(turn, taken=None)
-    return turn if _after(turn.taken).problem.swell is None else replace(turn, taken=None)
+        return None
+    after = _after(turn.taken)
+    return (turn, after) if after.problem.swell is None else None
 
 
 def _worth_taking(base: Fitted, judged: Judged) -> bool:
