@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -15,7 +15,7 @@ from identify.actuator_dynamics import Before
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
-from identify.swell import Swell
+from identify.swell import Swell, shown_by
 from preprocess.eso_motion import bandwidths_of
 from preprocess.trial import Measurement, Trial
 
@@ -31,6 +31,9 @@ MOST_BEFORE = 10_000
 
 #: Sub-steps per step on which actuators are computed.
 SUBSTEPS = 8
+
+#: What a stretch remembers that its samples' σ have no part in.
+OF_ANY_WEIGHT = ("remembered", "slopes", "acting", "before", "swung")
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,17 @@ class Stretch:
         """What an input was up to a time on its log; the last ones are remembered."""
         remembering = lru_cache(maxsize=4 * max(1, len(self.inputs)))
         return remembering(lambda name, until: before(self.inputs[name], until))
+
+    @cached_property
+    def swung(self) -> Callable[[float], FloatArray]:
+        """What its samples show (m, 2, K) of the waves that it knows of in windows of a length, s; the last remembered."""
+        return lru_cache(maxsize=1)(lambda length: shown_by(self, length))
+
+    def weighted(self, sigma: FloatArray) -> Stretch:
+        """The same with other σ (m,) of its samples; what these have no part in is remembered on."""
+        other = replace(self, samples=replace(self.samples, sigma=sigma))
+        other.__dict__.update({name: getattr(self, name) for name in OF_ANY_WEIGHT})
+        return other
 
     @cached_property
     def gyro_line(self) -> SensorLine:

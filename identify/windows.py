@@ -18,7 +18,7 @@ from identify.measure import moments_of_windows
 from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
-from identify.swell import Swell, shown_by
+from identify.swell import Swell
 from identify.tangents import Along, padded, run_for
 from identify.threads import abreast
 from identify.unlogged import Unlogged
@@ -87,7 +87,7 @@ class Problem:
     def swung(self) -> tuple[FloatArray, ...]:
         """Per stretch (m, 2, K) what samples show of the waves that are known."""
         longest = max((w.steps * self.stretches[w.stretch].h for w in self.windows), default=0.0)
-        return tuple(shown_by(s, longest) for s in self.stretches)
+        return tuple(s.swung(longest) for s in self.stretches)
 
     @cached_property
     def rows(self) -> int:

@@ -12,7 +12,7 @@ from rich.text import Text
 from ingest.log import Log
 from preprocess.trial import Trial
 from seatrial.cli.tables import say, table_of
-from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Validation
+from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Validation, Verdict
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
@@ -156,7 +156,8 @@ def diagnosis_lines(found: Diagnosis, ahead: float) -> Iterator[Text]:
     )
     yield from (Text(f"  + {effect_line(e)}") for e in found.effects)
     shares = ", ".join(f"{k} {percent(v)}" for k, v in found.unexplained.items())
-    yield Text(f"  Unexplained share of {ahead:.0f} s predictions: {shares or 'none'}.")
+    far = "" if found.verdict is not Verdict.UNEXPLAINED else ", or of whole logs where that is more"
+    yield Text(f"  Unexplained share of {ahead:.0f} s predictions{far}: {shares or 'none'}.")
     if found.advice:
         yield Text(f"  Next: {advice_words(found.advice)}")
 
