@@ -146,7 +146,7 @@ class Stretch:
 
     @cached_property
     def swung(self) -> Callable[[float], FloatArray]:
-        """What its samples show (m, 2, K) of the waves that it knows of, windows being of a length, s; the last is kept."""
+        """What samples show (m, 2, K) of the waves that it knows of, for windows of a length, s; the last is kept."""
         return lru_cache(maxsize=1)(lambda length: shown_by(self, length))
 
     def weighted(self, sigma: FloatArray) -> Stretch:
