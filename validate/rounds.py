@@ -158,15 +158,19 @@ def _in_pairs(turn: Turn, pace: Pace, barred: Names = NONE) -> list[Turn]:
 def _only_together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
     """Near the noise, two rounds that are worth naming together where the first is sure and yet not; else the one.
 
-    A compass that is off, and late besides: each alone is measured beyond doubt, and predicts no better.
+    A compass that is off, and late besides: each alone is measured beyond doubt, and predicts no better. A rich model
+    may run away with an effect as it did without, until it is begun anew with it: then the first is worth it alone.
     """
     sure = [
         j for j in turn.judged if j.p_value < SURELY and j.evidence > 0 and consistent(turn.base, j.fitted)
     ]
     if not sure or at_bound(sure[0].fitted):
         return [turn]
+    first = settled(sure[0].fitted)
+    if first.chi2_per_dof < NEAR <= turn.base.chi2_per_dof and worthwhile(turn.base, first):
+        return [replace(turn, taken=replace(sure[0], fitted=first))]
     pace(f"with {sure[0].label}, another")
-    other = _turn(settled(sure[0].fitted), pace, barred)
+    other = _turn(first, pace, barred)
     if other.taken is None or not worthwhile(turn.base, under(turn.base.problem, other.taken.fitted)):
         return [turn]
     return [replace(turn, taken=sure[0]), other]
