@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identify.drift import NO_GAINS, Gains
 from identify.drive import Drive
 from identify.kernel import NM
 from identify.measure import moments_of_windows
@@ -29,13 +30,18 @@ def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
     return Motion(h, discrete, d.u0, d.channels, d.slopes, d.fine, d.wind, d.current, rows)
 
 
-def sensing_of(inflation: FloatArray, stretch: Stretch, sensor: FloatArray, along: FloatArray) -> Sensing:
-    """A stretch's samples on its grid, each stream's clock offset taken off; ``inflation`` (4,) of their σ."""
+def sensing_of(
+    inflation: FloatArray, stretch: Stretch, sensor: FloatArray, along: FloatArray, gains: Gains = NO_GAINS
+) -> Sensing:
+    """A stretch's samples on its grid, each stream's clock offset taken off; ``inflation`` (4,) of their σ.
+
+    With ``gains`` what is known of a drift of its positions is taken off.
+    """
     samples = stretch.samples
     t = samples.t - sensor[5:9][samples.kind] - stretch.start
     weight = 1.0 / (samples.sigma * inflation[samples.kind])
     used = np.asarray(along.any(axis=1), dtype=np.int64)
-    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used)
+    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used, gains)
 
 
 def places_of(windows: Sequence[Window]) -> tuple[IntArray, IntArray, IntArray]:

@@ -131,7 +131,7 @@ def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> Flo
     white, s = whitening_of(bare, answers), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
     places = [(w.stretch, w.samples) for w in bare.windows]
-    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], e))
+    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], _less_drift(bare, k, e)))
     ratio = [max(r(bare, now, k) for r in (size_ratio, low_frequency_ratio)) for k in range(4)]
     return np.asarray(np.maximum(ratio, 1.0), dtype=float)
 
@@ -153,11 +153,17 @@ def _whitened(
 ) -> FloatArray:
     """Columns (m, 2, c) of a window and answers (m, 2, n) in its samples' units, both weighted and made white."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
-    weighted = answers / (sigma * problem.inflation[problem.kinds(window)])[:, None, None]
+    sigma = sigma * problem.inflation[problem.kinds(window)]
+    weighted = problem.less_drift(window, answers / sigma[:, None, None])
     together = np.concatenate([columns, weighted], axis=2)
     if problem.whitening is None:
         return together
     return problem.whitening.whitened_columns(k, window.stretch, window.samples, together)
+
+
+def _less_drift(problem: Problem, number: int, error: FloatArray) -> FloatArray:
+    """Errors (m, 2) of a window less what of a drift is known."""
+    return problem.less_drift(problem.windows[number], error[:, :, None])[:, :, 0]
 
 
 def most_likely(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) -> Sizes | None:
@@ -182,7 +188,7 @@ def _products(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) ->
     out = []
     for k, w in enumerate(problem.windows):
         shapes = unit[w.stretch][w.samples]
-        own = np.concatenate([rows[k], raw[k][:, :, None]], axis=2)
+        own = np.concatenate([rows[k], _less_drift(problem, k, raw[k])[:, :, None]], axis=2)
         columns = _whitened(problem, k, w, own, shapes.reshape(*shapes.shape[:2], -1))
         flat = columns.reshape(-1, columns.shape[2])
         out.append(flat.T @ flat)

@@ -35,10 +35,10 @@ def moments_of_windows(
     """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2), or ``rows`` (m, 2, k).
 
     ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. Rows
-    count less by ``shrink`` (w, K) along the vectors of ``basis`` (2m, K); the errors are left as they are. A window
-    that runs away gets NaN. With any columns in ``rows``, these are the weighted derivatives of every sample from
-    column ``since`` on (zeros where a window runs away), and the moments mean nothing: compiled in one, since to
-    compile the run with its sensitivities twice takes two seconds of a first call.
+    lose what is known of a drift, and count less by ``shrink`` (w, K) along the vectors of ``basis`` (2m, K); the
+    errors are left as they are. A window that runs away gets NaN. With any columns in ``rows``, these are the weighted
+    derivatives of every sample from column ``since`` on (zeros where a window runs away), and the moments mean nothing:
+    compiled in one, since to compile the run with its sensitivities twice takes two seconds of a first call.
     """
     m = motion
     last = moments.shape[1] - 1
@@ -109,6 +109,7 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
         for a in range(width):
             work.projected[k, a] = 0.0
     for a in range(width):
+        work.drifted[0, a] = work.drifted[1, a] = 0.0
         for b in range(width):
             work.moment[a, b] = 0.0
     filled = np.int64(0)
@@ -119,9 +120,13 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
         for axis in range(2 if both else 1):
             error = row_of(axis, i, place - i, begin, m, motion, sensing, run, work)
             sum_row(sensing.weight[m], sensing.along, run, work, filled)
+            residual[m, axis] = error * sensing.weight[m]
+            if rows.shape[2] == 0:
+                work.batch[filled, last] = residual[m, axis]
+            if sensing.kind[m] == POSITION and sensing.gains.keep.shape[0]:
+                _take_off(axis, m, filled, sensing.gains, work)
             for k in range(rows.shape[2]):
                 rows[m, axis, k] = work.batch[filled, since + k] if since + k < width else 0.0
-            residual[m, axis] = work.batch[filled, last] = error * sensing.weight[m]
             work.row[filled] = 2 * m + axis
             filled += 1
             if filled == BATCH:
@@ -133,6 +138,18 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
             work.batch[q, a] = 0.0
     _take(work.batch, work.moment, last)
     _project(basis, used, work)
+
+
+@njit(**HELPER)
+def _take_off(axis, m, filled, gains, work):
+    """Take what is known of a drift off a position's row of the batch, as ``identify.drift`` says."""
+    width = work.batch.shape[1]
+    sigma, gain, root, keep = gains.sigma[m], gains.gain[m], gains.root[m], gains.keep[m]
+    for o in range(0, width, 8):
+        known = load(work.drifted, axis * width + o) * keep
+        new = load(work.batch, filled * width + o) * sigma - known
+        store(work.drifted, axis * width + o, known + new * gain)
+        store(work.batch, filled * width + o, new * (root / sigma))
 
 
 @njit(**HELPER)

@@ -221,4 +221,4 @@ def _scaled(stretch: Stretch, factor: FloatArray, wild: FloatArray | None = None
     sigma = samples.sigma * factor[samples.kind]
     if wild is not None:
         sigma[wild] *= ASIDE
-    return stretch.weighted(sigma)
+    return stretch.weighted(sigma, float(factor[kernel.POSITION]))

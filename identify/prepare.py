@@ -23,6 +23,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Differences in time that are not looked at, s.
 NEGLIGIBLE = 0.015
+#: A receiver's errors wander if they do in this share of the logs, and in so many.
+SHOWN, LEAST_SHOWN = 0.3, 2
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
     A search cannot begin with weights of a sensor that is a thousand times better than any model; what the noise
     really is, the prediction errors tell later.
     """
+    trials = _with_pooled_drift(trials)
     pooled = {
         s: max(float(np.median([t.measurements[s].sigma for t in trials if s in t.measurements])), least)
         for s, least in _least_noise(trials).items()
@@ -87,6 +90,28 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
         )
         for t in trials
     ]
+
+
+def _with_pooled_drift(trials: Sequence[Trial]) -> list[Trial]:
+    """A receiver's errors wander in every log as in those that show it; not at all where hardly any do.
+
+    Where positions are seldom, a log may take for white noise what wanders in the next: those that tell are believed.
+    """
+    seen = [t.measurements["position"] for t in trials if "position" in t.measurements]
+    found = [m for m in seen if m.wander > 0.0]
+    if len(found) < max(min(len(seen), LEAST_SHOWN), SHOWN * len(seen), 1):
+        return [_with_position(t, wander=0.0, correlation_time=0.0) for t in trials]
+    time = float(np.median([m.correlation_time for m in found]))
+    speed = float(np.median([m.wander**2 / m.correlation_time for m in found]))
+    white = float(np.median([m.sigma for m in found]))
+    size = float(np.sqrt(speed * time))
+    return [_with_position(t, sigma=white, wander=size, correlation_time=time) for t in trials]
+
+
+def _with_position(trial: Trial, **told: float) -> Trial:
+    """The trial with what is told of its positions' errors, if it has any."""
+    some = {k: replace(m, **told) for k, m in trial.measurements.items() if k == "position"}  # type: ignore[arg-type]
+    return replace(trial, measurements={**trial.measurements, **some})
 
 
 def with_common_inputs(trials: Sequence[Trial], held: bool) -> list[Trial]:

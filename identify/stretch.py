@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import correlate1d
 
 from identify.actuator_dynamics import Before
+from identify.drift import Drift
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
@@ -96,6 +97,8 @@ class Stretch:
         Bandwidths of the observers that the states come from, rad/s by sensor; none where a smoother made them.
     swell : Swell, optional
         Waves that are known to move the vessel.
+    drift : Drift, optional
+        Of the positions, where one is known.
     """
 
     name: str
@@ -111,6 +114,7 @@ class Stretch:
     samples: Samples
     observed: Mapping[str, float] = field(default_factory=dict)
     swell: Swell | None = None
+    drift: Drift | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone: what is remembered can be made again elsewhere."""
@@ -149,9 +153,13 @@ class Stretch:
         """What samples show (m, 2, K) of the waves that it knows of, for windows of a length, s; the last is kept."""
         return lru_cache(maxsize=1)(lambda length: shown_by(self, length))
 
-    def weighted(self, sigma: FloatArray) -> Stretch:
-        """The same with other σ (m,) of its samples; what these have no part in is remembered on."""
-        other = replace(self, samples=replace(self.samples, sigma=sigma))
+    def weighted(self, sigma: FloatArray, drifts: float = 1.0) -> Stretch:
+        """The same with other σ (m,) of its samples, its positions drifting so many times as far.
+
+        What these have no part in is remembered on.
+        """
+        drift = self.drift and replace(self.drift, size=drifts * self.drift.size)
+        other = replace(self, samples=replace(self.samples, sigma=sigma), drift=drift)
         other.__dict__.update({name: getattr(self, name) for name in OF_ANY_WEIGHT})
         return other
 
@@ -209,7 +217,15 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
     return Stretch(
         trial.name, trial.role, float(t[0]), trial.start + float(t[0]), h, steps, trial.inputs, on_grid,
         sigmas, _wind(trial, grid), _samples(trial, grid[0], grid[-1]), bandwidths_of(trial.history),
+        drift=_drift(trial),
     )  # fmt: skip
+
+
+def _drift(trial: Trial) -> Drift | None:
+    position = trial.measurements.get("position")
+    if position is None or not position.wander > 0.0:
+        return None
+    return Drift(position.wander, position.correlation_time)
 
 
 def _wind(trial: Trial, grid: FloatArray) -> FloatArray:

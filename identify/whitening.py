@@ -88,10 +88,10 @@ def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
 
 
 def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
-    """Answers (m, 2, K) of a window's samples in units of their weight."""
+    """Answers (m, 2, K) of a window's samples in units of their weight, less what of a drift is known."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
     sigma = sigma * problem.inflation[problem.kinds(window)]
-    return np.asarray(answers[window.stretch][window.samples] / sigma[:, None, None], dtype=float)
+    return problem.less_drift(window, answers[window.stretch][window.samples] / sigma[:, None, None])
 
 
 def eigen(answers: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,6 +12,7 @@ import numpy as np
 from identify import kernel
 from identify.compiled import motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
 from identify.directions import Directions, all_directions
+from identify.drift import Gains, gains_of, less_drift
 from identify.drive import Drive, drives
 from identify.first_states import begun
 from identify.measure import moments_of_windows
@@ -90,6 +91,22 @@ class Problem:
         return tuple(s.swung(longest) for s in self.stretches)
 
     @cached_property
+    def gains(self) -> tuple[Gains, ...]:
+        """How a drift of the positions is taken off in every stretch, where one is known."""
+        mine: list[list[slice]] = [[] for _ in self.stretches]
+        for w in self.windows:
+            mine[w.stretch].append(w.samples)
+        return tuple(
+            gains_of(s.drift, s.samples.t, s.samples.kind, s.samples.sigma, windows)
+            for s, windows in zip(self.stretches, mine, strict=True)
+        )
+
+    def less_drift(self, window: Window, columns: FloatArray) -> FloatArray:
+        """Columns (m, 2, k) of a window, in units of their weight, less what of a drift is known."""
+        kind = self.stretches[window.stretch].samples.kind
+        return less_drift(self.gains[window.stretch], kind, window.samples, columns)
+
+    @cached_property
     def rows(self) -> int:
         """Number of scalar measurements."""
         total = 0
@@ -99,8 +116,9 @@ class Problem:
         return total
 
     def white(self, number: int, error: FloatArray) -> FloatArray:
-        """A window's errors (m, 2), white as far as it is said what the inputs hide."""
+        """A window's errors (m, 2), white as far as it is said what drifts and what the inputs hide."""
         w = self.windows[number]
+        error = self.less_drift(w, error[:, :, None])[:, :, 0]
         return (
             error if self.whitening is None else self.whitening.whitened(number, w.stretch, w.samples, error)
         )
@@ -185,7 +203,7 @@ def moments(
     first, unit = begun(problem, structure, driven, first)
     along = _nothing(len(driven)) if held else along_all(problem, structure, p, driven)
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
-    hidden = problem.whitening  # made before the threads ask for it
+    hidden, _ = problem.whitening, problem.gains  # made before the threads ask for them
     size = columns * sum(s.steps for s in problem.stretches)
     workers = granted() if size >= WORTH_SHARING else 1
     shares = [
@@ -270,7 +288,7 @@ def _of_windows(
         basis, shrink = hidden.rows(windows[0].stretch), np.ascontiguousarray(hidden.shrink[part])
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1]),
+        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1], problem.gains[windows[0].stretch]),
         basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
         work_for(width, shrink.shape[1]), found, errors, 0, np.zeros((0, 2, 0)),
     )  # fmt: skip
@@ -289,7 +307,7 @@ def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: Fl
         if not mine:
             continue
         along, sensor = along_every[number]
-        sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor)
+        sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor, problem.gains[number])
         windows = [problem.windows[k] for k in mine]
         rows = rows_of(structure, d, stretch, windows, first[mine], along, sensing, columns)
         rows[..., : kernel.NX] *= unit

@@ -77,7 +77,8 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
         return None
     p, first = fitted.solution.p, fitted.solution.first
     seen = moments(problem, structure, p, first)
-    residuals = seen.raw if problem.swell else seen.residuals
+    drifts = any(s.drift for s in problem.stretches)
+    residuals = seen.raw if problem.swell or drifts else seen.residuals
     drives = [drive(structure, p, s) for s in problem.stretches]
     begin, _ = begun(problem, structure, drives, first)
     looks = [

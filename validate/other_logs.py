@@ -13,6 +13,7 @@ from identify.base_fit import fit_from_scratch, tried
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
+from identify.kernel import POSITION
 from identify.output_error import Prior, Solution, information_of, prior_for, solve
 from identify.reduction import Reduced
 from identify.regression import coefficient_scales, start_by_regression
@@ -141,5 +142,5 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     factor = np.ones(4)
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
-    samples = replace(own, sigma=own.sigma * factor[own.kind])
-    return replace(stretch, samples=samples, swell=problem.swell)
+    noisy = stretch.weighted(own.sigma * factor[own.kind], float(factor[POSITION]))
+    return replace(noisy, swell=problem.swell)
