@@ -14,11 +14,12 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from identify import kernel
+from identify.moments import Moments
 from identify.output_error import Solution
 from identify.settled import Settled
 from identify.stretch import Stretch
 from identify.unlogged import most_likely
-from identify.windows import Moments, Problem
+from identify.windows import Problem
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -15,9 +15,10 @@ import numpy as np
 
 from identify.first_states import state_precision
 from identify.kernel import NX
+from identify.moments import Moments
 from identify.reduction import Reduced, damped_step, reduce
 from identify.structure import Structure
-from identify.windows import Moments, Problem, moments
+from identify.windows import Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]

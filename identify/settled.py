@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.first_states import first_states, state_precision
+from identify.moments import Moments
 from identify.reduction import reduce
 from identify.structure import Structure
-from identify.windows import Moments, Problem, moments
+from identify.windows import Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -16,6 +16,7 @@ from identify.drift import Gains, gains_of, less_drift
 from identify.drive import Drive, drives
 from identify.first_states import begun
 from identify.measure import moments_of_windows
+from identify.moments import Moments
 from identify.sample import work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
@@ -135,33 +136,6 @@ class Problem:
     def dispersed(self) -> Problem:
         """The same with errors weighted by what they have at low frequency."""
         return replace(self, inflation=self.inflation * self.dispersion)
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Per window: moment matrix (8 + np + 1 square: first state, parameters, error), and normalised errors.
-
-    ``raw`` are the errors (m, 2) as they were; ``white`` makes those of a window white, by its number.
-    """
-
-    matrices: FloatArray
-    raw: tuple[FloatArray, ...]
-    white: Callable[[int, FloatArray], FloatArray]
-
-    @cached_property
-    def residuals(self) -> tuple[FloatArray, ...]:
-        """The errors (m, 2) of every window, white where a problem says what its inputs hide: made when asked for."""
-        return tuple(self.white(k, e) for k, e in enumerate(self.raw))
-
-    @property
-    def cost(self) -> float:
-        """Sum of squared normalised errors; NaN where a prediction ran away."""
-        return float(self.matrices[:, -1, -1].sum())
-
-    def of(self, some: slice) -> Moments:
-        """Those of some windows."""
-        numbers = range(len(self.raw))[some]
-        return Moments(self.matrices[some], self.raw[some], lambda k, e: self.white(numbers[k], e))
 
 
 def cut(stretches: Sequence[Stretch], length: float) -> Problem:

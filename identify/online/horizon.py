@@ -15,13 +15,14 @@ import numpy as np
 
 from identify.first_states import first_states, state_precision
 from identify.kernel import NX
+from identify.moments import Moments
 from identify.noise import calibrated
 from identify.online.knowledge import Estimate, Knowledge, Noise
 from identify.output_error import Prior, Solution, Stopped
 from identify.reduction import Reduced, damped_step, reduce
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.windows import Moments, Problem, Window, moments
+from identify.windows import Problem, Window, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
