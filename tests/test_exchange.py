@@ -11,7 +11,7 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import Fitted
 from identify.prepare import prepare
 from validate.candidates import candidates
-from validate.exchange import better_rival
+from validate.exchange import better_rival, one_for_two
 from validate.look_alikes import standing
 
 
@@ -49,3 +49,27 @@ def test_an_input_has_a_dead_band_in_one_form_only():
     ]
     assert [a.label for a in left] == [a.label for a in bands if a.variant.input != "rudder"]
     assert left
+
+
+def test_inputs_that_are_all_late_by_as_much_are_one_clock_that_is_off():
+    late = Effect("clock_offset", {"offset": -0.4}, None, {"stream": "inputs"})
+    ship, trials = trials_of("usv", ("random", "zigzag", "random"), 60.0, 5, (late,))
+    prepared = prepare(trials, ship.model)
+    delays = [a for a in candidates(prepared.structure) if a.effect.name == "actuator_delay"]
+    assert len(delays) == 2
+    structure = prepared.structure.with_effect(delays[0]).with_effect(delays[1])
+    both = fit_from_scratch(structure, prepared.identify, rounds=1)
+    found = one_for_two(both, [standing(both, k) for k in range(2)])
+    assert found is not None
+    assert [a.label for a in found.solution.structure.actives] == ["clock_offset (inputs)"]
+
+
+def test_inputs_that_are_late_each_by_its_own_stay_two():
+    late = tuple(Effect("actuator_delay", {"delay": d}, i) for d, i in ((0.5, "rudder"), (1.0, "propeller")))
+    ship, trials = trials_of("usv", ("random", "zigzag", "random"), 60.0, 5, late)
+    prepared = prepare(trials, ship.model)
+    structure = prepared.structure
+    for active in candidates(structure):
+        structure = structure.with_effect(active) if active.effect.name == "actuator_delay" else structure
+    both = fit_from_scratch(structure, prepared.identify, rounds=1)
+    assert one_for_two(both, [standing(both, k) for k in range(2)]) is None

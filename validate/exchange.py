@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from identify.regression import start_by_regression
 from identify.structure import effects_alone
 from validate.candidates import prior_of
 from validate.judgement import INDISTINCT
-from validate.look_alikes import Standing
+from validate.look_alikes import Standing, dropped
 from validate.refits import begun_at, under
 
 #: Speeds at which a wind that nothing measured is tried, m/s, and steps of a refit.
@@ -35,6 +36,24 @@ def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
     }
     least = min(better, default=np.inf)
     return better[least] if least < cost - INDISTINCT else None
+
+
+def one_for_two(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
+    """The fit with one effect in place of two that it could each stand for, if nothing speaks for two; None without.
+
+    Every input that is late by as much as the others is one clock that is off: taken one by one they were delays.
+    """
+    enough = dispersed_cost(fitted.problem, fitted.solution) + INDISTINCT
+    for one, other in permutations(standing, 2):
+        named = {r.solution.structure.actives[-1].label for r in other.rivals}
+        for rival in one.rivals:
+            actives = [a.label for a in rival.solution.structure.actives]
+            if actives[-1] not in named or other.active.label not in actives:
+                continue
+            simpler = dropped(rival, actives.index(other.active.label))
+            if dispersed_cost(fitted.problem, simpler.solution) < enough:
+                return simpler
+    return None
 
 
 def in_likeliest_form(fitted: Fitted) -> Fitted:

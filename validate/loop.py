@@ -15,7 +15,7 @@ from identify.structure import effects_alone
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.candidates import candidates
-from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival
+from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival, one_for_two
 from validate.judgement import DOUBTFUL, INDISTINCT, least_gain
 from validate.look_alikes import Standing, dropped, losses_without, standing
 from validate.pace import Pace
@@ -162,7 +162,7 @@ def _searched(
         fine, wiring = _pruned(plain, pace), None
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
-        rival = better_rival(fine, standing)
+        rival = better_rival(fine, standing) or one_for_two(fine, standing)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
