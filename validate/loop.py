@@ -9,20 +9,17 @@ import numpy as np
 
 from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
-from identify.noise import dispersed_cost
 from identify.prepare import Prepared
-from identify.structure import effects_alone
 from identify.unlogged import bent
 from identify.windows import Problem, cut
-from validate.candidates import candidates
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival, one_for_two
-from validate.judgement import DOUBTFUL, INDISTINCT, least_gain
-from validate.look_alikes import Standing, dropped, losses_without, standing
+from validate.judgement import INDISTINCT
+from validate.look_alikes import Standing, standing
 from validate.pace import Pace
+from validate.pruning import pruned, searched
 from validate.refits import refined, under
 from validate.rounds import NONE, Names, Turn, astray, rounds, settled
-from validate.scan import best_value
-from validate.score_scatter import scatter
+from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -157,16 +154,16 @@ def _searched(
         length = window_length(structure.vessel.length) * ROUGH / LONG
         fine = fit_from_scratch(structure, prepared.identify, length=length)
         fine = _lengthened(rounds(fine, turns, pace, FAR, barred), turns, pace, barred)
-    fine = _pruned(fine, pace)
+    fine = pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
-        fine, wiring = _pruned(plain, pace), None
+        fine, wiring = pruned(plain, pace), None
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
         rival = better_rival(fine, standing) or one_for_two(fine, standing)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = _pruned(rounds(_pruned(settled(rival), pace), turns, pace, barred=barred), pace)
+        fine = pruned(rounds(pruned(settled(rival), pace), turns, pace, barred=barred), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
@@ -212,11 +209,14 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
 
 
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
-    """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round."""
+    """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round.
+
+    Waves show in long ones.
+    """
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         length = min(2.0 * length, longest)
-        fitted = at_likeliest_speed(refined(fitted, length))
+        fitted = with_waves_known(at_likeliest_speed(refined(fitted, length)))
         fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, barred)
     return fitted
 
@@ -237,56 +237,6 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
-
-
-def _pruned(fitted: Fitted, pace: Pace) -> Fitted:
-    """Drop effects that no longer stand once the others are in, the weakest first."""
-    while doubted := searched(fitted):
-        pace.expect(2.0 * len(doubted))
-        pace("what was taken, again")
-        losses = losses_without(fitted, doubted)
-        weakest = min(losses, key=lambda k: losses[k])
-        without = _as_good_without(fitted, weakest, losses[weakest])
-        if without is None:
-            return fitted
-        pace(f"dropped: {fitted.solution.structure.actives[weakest].label}")
-        fitted = without
-    return fitted
-
-
-def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
-    """A fit without an effect that loses no more by it than chance gives; None where there is none.
-
-    An effect of little weight may only make up for another that ended in a wrong valley: then the others are begun
-    anew without it.
-    """
-    structure = fitted.solution.structure
-    without = structure.without(index)
-    k = len(structure.slots) - len(without.slots)
-    others, by_chance = len(candidates(without)), scatter(fitted, index)
-    if loss < by_chance.ratio * least_gain(k, others, by_chance.degrees):
-        return dropped(fitted, index)
-    if loss > DOUBTFUL or not without.actives:
-        return None
-    other = _begun_anew(fitted, index)
-    lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
-    return other if lost < least_gain(k, others) else None
-
-
-def _begun_anew(fitted: Fitted, index: int) -> Fitted:
-    """The fit without an effect, the others begun where the accelerations want them."""
-    structure, stretches = fitted.solution.structure.without(index), fitted.problem.stretches
-    p = structure.carried(fitted.solution.p, fitted.solution.structure)
-    for k in range(len(structure.actives)):
-        wanted = best_value(structure, stretches, p, k)
-        p = p if wanted is None else wanted
-    found = fit_from_scratch(structure, stretches, effects_alone(structure, p), length=fitted.problem.length)
-    return under(fitted.problem, found, 20)
-
-
-def searched(fitted: Fitted) -> list[int]:
-    """Places of the effects that were found by their likelihood (the wiring was not)."""
-    return [k for k, a in enumerate(fitted.solution.structure.actives) if not a.effect.rewire]
 
 
 def all_standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:

@@ -24,8 +24,9 @@ from preprocess.cores import side_by_side
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing, searched
+from validate.loop import Outcome, all_standing
 from validate.pace import Pace
+from validate.pruning import searched
 from validate.refits import step_tolerance
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

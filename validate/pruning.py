@@ -1,0 +1,65 @@
+"""Effects that were taken early and no longer stand once the others are in."""
+
+from __future__ import annotations
+
+from identify.base_fit import fit_from_scratch
+from identify.fitted import Fitted
+from identify.noise import dispersed_cost
+from identify.structure import effects_alone
+from validate.candidates import candidates
+from validate.judgement import DOUBTFUL, least_gain
+from validate.look_alikes import dropped, losses_without
+from validate.pace import Pace
+from validate.refits import under
+from validate.scan import best_value
+from validate.score_scatter import scatter
+
+
+def pruned(fitted: Fitted, pace: Pace) -> Fitted:
+    """Drop effects that no longer stand once the others are in, the weakest first."""
+    while doubted := searched(fitted):
+        pace.expect(2.0 * len(doubted))
+        pace("what was taken, again")
+        losses = losses_without(fitted, doubted)
+        weakest = min(losses, key=lambda k: losses[k])
+        without = _as_good_without(fitted, weakest, losses[weakest])
+        if without is None:
+            return fitted
+        pace(f"dropped: {fitted.solution.structure.actives[weakest].label}")
+        fitted = without
+    return fitted
+
+
+def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
+    """A fit without an effect that loses no more by it than chance gives; None where there is none.
+
+    An effect of little weight may only make up for another that ended in a wrong valley: then the others are begun
+    anew without it.
+    """
+    structure = fitted.solution.structure
+    without = structure.without(index)
+    k = len(structure.slots) - len(without.slots)
+    others, by_chance = len(candidates(without)), scatter(fitted, index)
+    if loss < by_chance.ratio * least_gain(k, others, by_chance.degrees):
+        return dropped(fitted, index)
+    if loss > DOUBTFUL or not without.actives:
+        return None
+    other = _begun_anew(fitted, index)
+    lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
+    return other if lost < least_gain(k, others) else None
+
+
+def _begun_anew(fitted: Fitted, index: int) -> Fitted:
+    """The fit without an effect, the others begun where the accelerations want them."""
+    structure, stretches = fitted.solution.structure.without(index), fitted.problem.stretches
+    p = structure.carried(fitted.solution.p, fitted.solution.structure)
+    for k in range(len(structure.actives)):
+        wanted = best_value(structure, stretches, p, k)
+        p = p if wanted is None else wanted
+    found = fit_from_scratch(structure, stretches, effects_alone(structure, p), length=fitted.problem.length)
+    return under(fitted.problem, found, 20)
+
+
+def searched(fitted: Fitted) -> list[int]:
+    """Places of the effects that were found by their likelihood (the wiring was not)."""
+    return [k for k, a in enumerate(fitted.solution.structure.actives) if not a.effect.rewire]
