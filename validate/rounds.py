@@ -17,7 +17,7 @@ from validate.consistency import consistent
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
-from validate.refits import under
+from validate.refits import swings, under
 from validate.scan import WORTH, gain_and_value
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
@@ -70,6 +70,10 @@ def rounds(
                 fitted = instead[1]
                 continue
         turn = _turn(fitted, pace, barred)
+        swaying = _in_waves(fitted, turn)
+        if swaying:
+            fitted = swaying
+            continue
         new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
         turns += new
         taken = new[-1].taken
@@ -104,6 +108,20 @@ def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE) -> Turn:
     base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
     taken = next((j for j in judged if j.evidence > 0 and _worth_taking(base, j)), None)
     return Turn(base, tuple(screened), tuple(judged), taken)
+
+
+def _in_waves(fitted: Fitted, turn: Turn) -> Fitted | None:
+    """A fit that knows of waves, where they show and what swings by itself was taken without coming to the noise.
+
+    Over short windows first states and hardly any damping let a roll follow whatever waves there are.
+    """
+    taken = turn.taken
+    if taken is None or fitted.problem.swell is not None:
+        return None
+    if not swings(taken.fitted.solution.structure) or not taken.fitted.is_off:
+        return None
+    known = with_waves_known(fitted)
+    return known if known.problem.swell is not None else None
 
 
 def _swinging(fitted: Fitted, pace: Pace, barred: Names) -> tuple[Turn, Fitted] | None:

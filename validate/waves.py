@@ -39,6 +39,8 @@ SHARP = 0.03
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
+#: Amplitude of an acceleration along that no waves give, m/s²: they break where their slope passes 0.44 (Stokes).
+BREAKING = 0.44 * 9.81
 #: Above this cost per degree of freedom nothing is made of a band.
 TOO_FAR = 1000.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
@@ -175,11 +177,14 @@ def _stands(spectra: Spectra, place: int, channel: int, tried: int, least: float
 
 
 def _material(found: Swell, spectra: Spectra, around: Around, place: int, channel: int) -> bool:
-    """Whether the band is narrow, and the waves stand above the noise of an average over one window."""
+    """Whether the band is narrow, and the waves are no higher than waves are, and above the noise over one window."""
     noise = around.level[place] * 2.0 * spectra.spacing / np.pi
     seen = found.seen
-    sharp = seen is not None and seen.sharpness < SHARP * found.frequency
-    return bool(sharp and seen and 0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
+    if seen is None or not seen.sharpness < SHARP * found.frequency:
+        return False
+    if max(seen.amplitudes.get(c, 0.0) for c in "uv") > BREAKING:
+        return False
+    return bool(0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
 def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
