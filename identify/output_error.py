@@ -149,10 +149,12 @@ class _Task:
     high: FloatArray
 
     def at(self, p: FloatArray, first: FloatArray) -> _Place:
-        """The place with these parameters and first states."""
+        """The place with these parameters and first states; derivatives that overflow have run away as a path does."""
         penalty = np.sum(((p - self.prior.mean) / self.prior.sd) ** 2)
         penalty += np.sum((first - self.anchor) ** 2 * self.known)
-        return _Place(p, first, moments(self.problem, self.structure, p, first), float(penalty))
+        found = moments(self.problem, self.structure, p, first)
+        known = np.isfinite(found.matrices).all()
+        return _Place(p, first, found, float(penalty) if known else np.inf)
 
     def way(self, here: _Place, damping: float) -> _Way:
         """Damped step of parameters and first states; parameters stay within their bounds."""
@@ -177,7 +179,8 @@ class _Task:
 
     def ended(self, here: _Place, held: BoolArray, stopped: Stopped, steps: int) -> Solution:
         """The solution where a search ended."""
-        reduced = reduce(np.nan_to_num(here.moments.matrices), here.first, self.anchor, self.known)
+        known = np.nan_to_num(here.moments.matrices, posinf=0.0, neginf=0.0)
+        reduced = reduce(known, here.first, self.anchor, self.known)
         return Solution(
             self.structure, here.p, here.first, here.moments.cost, here.penalty, reduced, here.moments, held, stopped,
             steps,

@@ -45,7 +45,8 @@ def reduce(
     b = matrices[:, :NX, NX:-1]
     gx = matrices[:, :NX, -1] - (first - anchor) * known
     scale = 1.0 / np.sqrt(np.maximum(a[:, index, index], 1e-300))
-    a *= scale[:, :, None] * scale[:, None, :]
+    with np.errstate(over="ignore"):  # of a window that all but ran away: its step will be no good
+        a *= scale[:, :, None] * scale[:, None, :]
     a[:, index, index] += 1e-13
     right = np.concatenate([gx[:, :, None], b], axis=2) * scale[:, :, None]
     solved = np.linalg.solve(a, right) * scale[:, :, None]

@@ -277,6 +277,8 @@ def sampled(m: Measurement, begin: float, step: float, n: int) -> tuple[FloatArr
     The second (n,) is what a quadratic thrust has more than that of the mean, where a held input switches in a step.
     """
     t, value = m.t[m.good], m.value[m.good]
+    if not math.isfinite(begin):
+        return np.full(n, np.nan), np.full(n, np.nan)
     if len(t) == 0:
         return np.zeros(n), np.zeros(n)
     if m.held:

@@ -70,6 +70,8 @@ def rounds(
                 fitted = instead[1]
                 continue
         turn = _turn(fitted, pace, barred)
+        if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
+            turn = _turn(turn.base, pace, barred, thorough=True)
         swaying = _in_waves(fitted, turn)
         if swaying:
             fitted = swaying
@@ -97,13 +99,16 @@ def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
     return under(recalibrated(base.problem, base.solution), base, 20)
 
 
-def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE) -> Turn:
-    """One round: every candidate looked at, the most promising refitted and judged, one taken or none."""
+def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE, thorough: bool = False) -> Turn:
+    """One round: every candidate looked at, the most promising refitted and judged, one taken or none.
+
+    If it is to be ``thorough``, the best of every effect and form, whatever a first order promises.
+    """
     actives = [a for a in candidates(fitted.solution.structure) if a.effect.name not in barred]
     pace.expect(1 + FINALISTS, ANOTHER + LAST)
     pace(f"a look at {len(actives)} causes")
     screened = screen(fitted, actives)
-    finalists = _finalists(fitted, screened)
+    finalists = _finalists(fitted, screened, thorough)
     pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
     base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
     taken = next((j for j in judged if j.evidence > 0 and _worth_taking(base, j)), None)
@@ -194,9 +199,9 @@ def _only_together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
     return [replace(turn, taken=sure[0]), other]
 
 
-def _finalists(fitted: Fitted, screened: list[Screened]) -> list[Screened]:
+def _finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[Screened]:
     """The most promising; where a first order tells little, the best of every effect and form."""
-    if not astray(fitted):
+    if not (thorough or astray(fitted)):
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
     forms: dict[tuple[str, str], list[Screened]] = {}
     for candidate in screened:
