@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from identify.base_fit import FOLLOWS, fit_from_scratch, free_running_misfit
@@ -203,16 +203,20 @@ def _finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list
     """The most promising; where a first order tells little, the best of every effect and form."""
     if not (thorough or astray(fitted)):
         return [s for s in screened[:FINALISTS] if s.gain > 8.0]
-    forms: dict[tuple[str, str], list[Screened]] = {}
+    kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
+    forms: dict[tuple[str, str, str], list[Screened]] = {}
     for candidate in screened:
-        forms.setdefault(_form(candidate), []).append(candidate)
+        forms.setdefault(_form(candidate, kinds), []).append(candidate)
     causes = [s.active for s in screened]
     likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=causes)
     return [s for alike in likely for s in alike]
 
 
 def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
-    """Of one effect at many inputs that which the accelerations want most; where they do not tell, the first two."""
+    """Of one effect at many like inputs that which the accelerations want most; where they do not tell, the first two.
+
+    What moves the vessel ahead has most of the accelerations: it would always be preferred to what turns it.
+    """
     if len(alike) <= UNDECIDED:
         return alike
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
@@ -232,10 +236,11 @@ def astray(fitted: Fitted) -> bool:
     return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
 
 
-def _form(candidate: Screened) -> tuple[str, str]:
-    """Effect and form, whichever the input or the logs."""
-    options = {k: v for k, v in candidate.active.variant.options.items() if k != "logs"}
-    return candidate.active.effect.name, str(options)
+def _form(candidate: Screened, kinds: Mapping[str, str]) -> tuple[str, str, str]:
+    """Effect and form and the kind of its input, whichever that is and whichever the logs."""
+    variant = candidate.active.variant
+    options = {k: v for k, v in variant.options.items() if k != "logs"}
+    return candidate.active.effect.name, str(options), kinds.get(variant.input or "", "")
 
 
 def settled(fitted: Fitted) -> Fitted:
