@@ -10,10 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_samples import trials_of
 
+from fixtures.sensors import Sensor, Suite
+from identify.base_fit import fit_from_scratch
 from identify.drift import Drift, gains_of, less_drift
 from identify.first_states import first_states
 from identify.kernel import HEADING, POSITION
-from identify.prepare import prepare
+from identify.prepare import prepare, with_pooled_noise
 from identify.rough_fit import roughly
 from identify.windows import cut, moments, tangents_of
 
@@ -53,3 +55,51 @@ def test_moments_are_products_of_what_is_left_of_rows_and_errors():
     for number, (tangents, left) in enumerate(zip(rows, found.residuals, strict=True)):
         columns = np.concatenate([tangents, left[:, :, None]], axis=2).reshape(2 * len(left), -1)
         assert found.matrices[number] == pytest.approx(columns.T @ columns, rel=1e-6, abs=1e-6)
+
+
+def wandering_trials(sizes):
+    """Trials whose receiver's errors were told to wander by so much, m, in each log."""
+    _, trials = trials_of("usv", ("zigzag",) * len(sizes), 30.0, 3, (), validate=0)
+    return [
+        replace(t, measurements=t.measurements | {"position": replace(
+            t.measurements["position"], wander=size, correlation_time=60.0 if size else 0.0)})
+        for t, size in zip(trials, sizes, strict=True)
+    ]  # fmt: skip
+
+
+def test_a_receiver_that_wanders_in_two_logs_wanders_in_all():
+    pooled = with_pooled_noise(wandering_trials((0.0, 0.4, 0.6, 0.0)))
+    assert [t.measurements["position"].wander for t in pooled] == pytest.approx([np.sqrt(0.26)] * 4)
+
+
+def test_one_log_of_many_says_nothing_of_the_others():
+    pooled = with_pooled_noise(wandering_trials((0.0, 0.4, 0.0, 0.0)))
+    assert {t.measurements["position"].wander for t in pooled} == {0.0}
+
+
+def test_a_known_drift_keeps_its_share_where_weights_change():
+    _, problem = drifting_problem()
+    stretch = problem.stretches[0]
+    twice = stretch.weighted(2.0 * stretch.samples.sigma, 2.0)
+    assert twice.drift == Drift(1.0, 40.0)
+
+
+@pytest.mark.slow
+def test_a_drift_is_noise_and_not_structure_that_the_model_lacks():
+    wandering = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.5, wander_time=30.0))
+    chi2 = []
+    for told in (True, False):
+        ship, trials = trials_of("usv", ("zigzag", "random", "circle"), 60.0, 3, (), suite=wandering)
+        size = {"wander": 0.5, "correlation_time": 30.0} if told else {}
+        trials = [
+            replace(
+                t, measurements=t.measurements | {"position": replace(t.measurements["position"], **size)}
+            )
+            for t in trials
+        ]
+        prepared = prepare(trials, ship.model)
+        chi2.append(fit_from_scratch(prepared.structure, prepared.identify, rounds=1))
+    told, untold = chi2
+    assert told.chi2_per_dof == pytest.approx(1.0, abs=0.1)
+    assert float(told.problem.dispersed.inflation.max()) < 1.3
+    assert float(untold.problem.dispersed.inflation.max()) > 2.0

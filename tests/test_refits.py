@@ -18,6 +18,7 @@ from validate import refits
 from validate.candidates import candidates, screen
 from validate.pace import Pace
 from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refit
+from validate.rounds import _finalists
 
 
 @cache
@@ -109,3 +110,15 @@ def test_what_would_run_away_in_the_other_windows_is_begun_roughly_there():
     found = refits._whole(thrown, part)
     assert np.isfinite(found.solution.total)
     assert found.chi2_per_dof < 0.2 * fitted.chi2_per_dof
+
+
+def test_an_effect_is_looked_at_on_angles_beside_revolutions():
+    """Revolutions have most of the accelerations: alone they would always be preferred."""
+    slow = Effect("actuator_rate_limit", {"rate": 0.15}, input="azimuth_port")
+    ship, trials = trials_of("tug", ("zigzag", "random"), 60.0, 6, (slow,))
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    limits = [a for a in candidates(prepared.structure) if a.effect.name == "actuator_rate_limit"]
+    named = {s.active.variant.input for s in _finalists(fitted, screen(fitted, limits), True)}
+    assert named & {"azimuth_port", "azimuth_starboard"}
+    assert named & {"n_port", "n_starboard"}

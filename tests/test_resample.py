@@ -38,3 +38,9 @@ def test_means_of_an_input_that_holds_are_its_integral_whatever_its_times(seed, 
     ]
     assert mean * 0.07 == pytest.approx(whole[0], abs=1e-9)
     assert (more + mean * np.abs(mean)) * 0.07 == pytest.approx(whole[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_an_input_from_no_time_at_all_is_no_number(holds):
+    m = Measurement("a", np.arange(3.0), np.ones(3), 0.0, np.ones(3, bool), sample_time=1.0, held=holds)
+    assert np.isnan(sampled(m, np.nan, 0.1, 5)[0]).all()

@@ -17,11 +17,11 @@ from identify.fitted import Fitted
 from identify.prepare import prepare
 from validate.error_spectra import spectra_of
 from validate.pace import Pace
-from validate.peaks import core_of
+from validate.peaks import around_of, core_of
 from validate.rounds import rounds
 from validate.swell import with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import as_effect, find_waves
+from validate.waves import _material, as_effect, find_waves
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -164,3 +164,16 @@ def test_waves_that_nobody_is_told_of_are_taken_out_of_a_fit():
     assert bare.problem.swell is None
     assert bare.chi2_per_dof > known.chi2_per_dof
     assert without_waves(bare) is bare
+
+
+def test_no_waves_are_higher_than_waves_break():
+    effect = Effect("waves", {"frequency": 2.0, "u": 0.2, "v": 0.4, "r": 0.1})
+    seen = find_waves(fitted("usv", (effect,), seed=3))
+    assert seen is not None
+    spectra = spectra_of(fitted("usv", (effect,), seed=3))
+    place = int(np.argmin(np.abs(spectra.omega - seen.frequency)))
+    around = around_of(spectra, np.mean(np.abs(spectra.rate[:, :, 1]) ** 2, axis=0))
+    for height, believed in ((1.0, True), (30.0, False)):
+        amplitudes = {c: height * a for c, a in seen.seen.amplitudes.items()}
+        higher = replace(seen, seen=replace(seen.seen, amplitudes=amplitudes))
+        assert _material(higher, spectra, around, place, 1) == believed
