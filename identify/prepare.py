@@ -25,6 +25,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 NEGLIGIBLE = 0.015
 #: A receiver's errors wander if they do in this share of the logs, and in so many.
 SHOWN, LEAST_SHOWN = 0.3, 2
+#: ... by more than so many times what is as good as exact.
+SMALL = 10.0
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,11 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
     A search cannot begin with weights of a sensor that is a thousand times better than any model; what the noise
     really is, the prediction errors tell later.
     """
-    trials = _with_pooled_drift(trials)
+    exact = _least_noise(trials)
+    trials = _with_pooled_drift(trials, SMALL * exact["position"])
     pooled = {
         s: max(float(np.median([t.measurements[s].sigma for t in trials if s in t.measurements])), least)
-        for s, least in _least_noise(trials).items()
+        for s, least in exact.items()
         if any(s in t.measurements for t in trials)
     }
     return [
@@ -92,20 +95,20 @@ def with_pooled_noise(trials: Sequence[Trial]) -> list[Trial]:
     ]
 
 
-def _with_pooled_drift(trials: Sequence[Trial]) -> list[Trial]:
-    """A receiver's errors wander in every log as in those that show it; not at all where hardly any do.
+def _with_pooled_drift(trials: Sequence[Trial], least: float) -> list[Trial]:
+    """A receiver's errors wander in every log as in those that show it; not at all where hardly any do, or by less.
 
     Where positions are seldom, a log may take for white noise what wanders in the next: those that tell are believed.
     """
     seen = [t.measurements["position"] for t in trials if "position" in t.measurements]
     found = [m for m in seen if m.wander > 0.0]
-    if len(found) < max(min(len(seen), LEAST_SHOWN), SHOWN * len(seen), 1):
-        return [_with_position(t, wander=0.0, correlation_time=0.0) for t in trials]
-    time = float(np.median([m.correlation_time for m in found]))
-    speed = float(np.median([m.wander**2 / m.correlation_time for m in found]))
-    white = float(np.median([m.sigma for m in found]))
-    size = float(np.sqrt(speed * time))
-    return [_with_position(t, sigma=white, wander=size, correlation_time=time) for t in trials]
+    if len(found) >= max(min(len(seen), LEAST_SHOWN), SHOWN * len(seen), 1):
+        time = float(np.median([m.correlation_time for m in found]))
+        size = float(np.sqrt(np.median([m.wander**2 / m.correlation_time for m in found]) * time))
+        white = float(np.median([m.sigma for m in found]))
+        if size > least:
+            return [_with_position(t, sigma=white, wander=size, correlation_time=time) for t in trials]
+    return [_with_position(t, wander=0.0, correlation_time=0.0) for t in trials]
 
 
 def _with_position(trial: Trial, **told: float) -> Trial:
