@@ -103,3 +103,8 @@ def test_a_drift_is_noise_and_not_structure_that_the_model_lacks():
     assert told.chi2_per_dof == pytest.approx(1.0, abs=0.1)
     assert float(told.problem.dispersed.inflation.max()) < 1.3
     assert float(untold.problem.dispersed.inflation.max()) > 2.0
+
+
+def test_a_drift_of_next_to_nothing_is_not_counted():
+    pooled = with_pooled_noise(wandering_trials((0.005, 0.005)))
+    assert {t.measurements["position"].wander for t in pooled} == {0.0}
