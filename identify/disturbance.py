@@ -131,7 +131,7 @@ def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> Flo
     white, s = whitening_of(bare, answers), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
     places = [(w.stretch, w.samples) for w in bare.windows]
-    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], _less_drift(bare, k, e)))
+    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], bare.less_drift(bare.windows[k], e)))
     ratio = [max(r(bare, now, k) for r in (size_ratio, low_frequency_ratio)) for k in range(4)]
     return np.asarray(np.maximum(ratio, 1.0), dtype=float)
 
@@ -161,11 +161,6 @@ def _whitened(
     return problem.whitening.whitened_columns(k, window.stretch, window.samples, together)
 
 
-def _less_drift(problem: Problem, number: int, error: FloatArray) -> FloatArray:
-    """Errors (m, 2) of a window less what of a drift is known."""
-    return problem.less_drift(problem.windows[number], error[:, :, None])[:, :, 0]
-
-
 def most_likely(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) -> Sizes | None:
     """Sizes that the errors of a fit are most likely with; None where they show no disturbance."""
     plain = _products(problem, fitted, unit)
@@ -188,7 +183,7 @@ def _products(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) ->
     out = []
     for k, w in enumerate(problem.windows):
         shapes = unit[w.stretch][w.samples]
-        own = np.concatenate([rows[k], _less_drift(problem, k, raw[k])[:, :, None]], axis=2)
+        own = np.concatenate([rows[k], problem.less_drift(w, raw[k])[:, :, None]], axis=2)
         columns = _whitened(problem, k, w, own, shapes.reshape(*shapes.shape[:2], -1))
         flat = columns.reshape(-1, columns.shape[2])
         out.append(flat.T @ flat)

@@ -72,8 +72,7 @@ class Reduction:
 def moved_by_wander(problem: Problem, solution: Solution, reduction: Reduction) -> FloatArray | None:
     """Covariance (np, np) of what a drift of the position moves parameters by; None where it is known or shows not."""
     slow = float(problem.inflation[kernel.POSITION] * problem.dispersion[kernel.POSITION])
-    known = any(s.drift for s in problem.stretches)
-    blocks = None if known or not slow > QUIET else _averaged(problem, solution)
+    blocks = None if problem.drifts or not slow > QUIET else _averaged(problem, solution)
     if blocks is None or len(blocks.t) < 12:
         return None
     through = np.einsum("bac,bcn->ban", blocks.slope, reduction.through[blocks.window])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -103,9 +104,15 @@ class Problem:
         )
 
     def less_drift(self, window: Window, columns: FloatArray) -> FloatArray:
-        """Columns (m, 2, k) of a window, in units of their weight, less what of a drift is known."""
-        kind = self.stretches[window.stretch].samples.kind
-        return less_drift(self.gains[window.stretch], kind, window.samples, columns)
+        """Errors (m, 2) of a window, or columns (m, 2, k), in units of their weight, less what of a drift is known."""
+        kind, shape = self.stretches[window.stretch].samples.kind, columns.shape
+        columns = columns.reshape(*shape[:2], math.prod(shape[2:]))
+        return less_drift(self.gains[window.stretch], kind, window.samples, columns).reshape(shape)
+
+    @property
+    def drifts(self) -> bool:
+        """Whether a drift of the positions is known."""
+        return any(s.drift for s in self.stretches)
 
     @cached_property
     def rows(self) -> int:
@@ -119,7 +126,7 @@ class Problem:
     def white(self, number: int, error: FloatArray) -> FloatArray:
         """A window's errors (m, 2), white as far as it is said what drifts and what the inputs hide."""
         w = self.windows[number]
-        error = self.less_drift(w, error[:, :, None])[:, :, 0]
+        error = self.less_drift(w, error)
         return (
             error if self.whitening is None else self.whitening.whitened(number, w.stretch, w.samples, error)
         )

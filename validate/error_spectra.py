@@ -77,8 +77,7 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
         return None
     p, first = fitted.solution.p, fitted.solution.first
     seen = moments(problem, structure, p, first)
-    drifts = any(s.drift for s in problem.stretches)
-    residuals = seen.raw if problem.swell or drifts else seen.residuals
+    residuals = seen.raw if problem.swell or problem.drifts else seen.residuals
     drives = [drive(structure, p, s) for s in problem.stretches]
     begin, _ = begun(problem, structure, drives, first)
     looks = [

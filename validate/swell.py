@@ -112,9 +112,7 @@ def _gain(bare: Problem, fitted: Fitted) -> float:
     """What a fit's errors gain in 2 log likelihood by what a problem leaves open."""
     white, total = bare.whitening, 0.0
     for k, (w, raw) in enumerate(zip(bare.windows, fitted.solution.moments.raw, strict=True)):
-        error = bare.less_drift(w, (raw * fitted.problem.inflation[bare.kinds(w)][:, None])[:, :, None])[
-            :, :, 0
-        ]
+        error = bare.less_drift(w, raw * fitted.problem.inflation[bare.kinds(w)][:, None])
         total += white.gain(k, w.stretch, w.samples, error) if white else 0.0
     return total
 
