@@ -381,7 +381,7 @@ def test_an_antenna_is_looked_for_within_the_vessels_length_across_it_too():
     for k, name in enumerate("xy"):
         low, high = (b + vessel.antenna[k] for b in bounds[name])
         assert low == -high
-        assert 0.5 * vessel.length < high < vessel.length + 0.5
+        assert vessel.length <= high < vessel.length + 1.0
 
 
 @pytest.mark.parametrize("inputs, ways", [(MOTORS, {None, "left", "right"}), ((RUDDER, PROPELLER), {"n"})])
