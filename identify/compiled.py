@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.drift import NO_GAINS, Gains
 from identify.drive import Drive
+from identify.innovations import NO_FILTER, Filter
 from identify.kernel import NM
 from identify.measure import moments_of_windows
 from identify.sample import Motion, Sensing, work_for
@@ -31,17 +31,17 @@ def motion_of(structure: Structure, d: Drive, h: float) -> Motion:
 
 
 def sensing_of(
-    inflation: FloatArray, stretch: Stretch, sensor: FloatArray, along: FloatArray, gains: Gains = NO_GAINS
+    inflation: FloatArray, stretch: Stretch, sensor: FloatArray, along: FloatArray, known: Filter = NO_FILTER
 ) -> Sensing:
     """A stretch's samples on its grid, each stream's clock offset taken off; ``inflation`` (4,) of their σ.
 
-    With ``gains`` what is known of a drift of its positions is taken off.
+    With a filter what is known of a drift of its positions, and of waves, is taken off.
     """
     samples = stretch.samples
     t = samples.t - sensor[5:9][samples.kind] - stretch.start
     weight = 1.0 / (samples.sigma * inflation[samples.kind])
     used = np.asarray(along.any(axis=1), dtype=np.int64)
-    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used, gains)
+    return Sensing(t, samples.kind, samples.value, weight, sensor, along, used, known)
 
 
 def places_of(windows: Sequence[Window]) -> tuple[IntArray, IntArray, IntArray]:
@@ -65,7 +65,7 @@ def rows_of(
     moments_of_windows(
         np.ascontiguousarray(first), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps, along,
         sensing, none, np.zeros((len(begin), 0)), run_for(tape, int(length.max()), width, d.channels.shape[1]),
-        work_for(width), np.empty((len(begin), 1, 1)), nothing, columns.start, rows,
+        work_for(width, states=sensing.known.states), np.empty((len(begin), 1, 1)), nothing, columns.start, rows,
     )  # fmt: skip
     return rows
 

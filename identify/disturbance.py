@@ -131,7 +131,7 @@ def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> Flo
     white, s = whitening_of(bare, answers), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
     places = [(w.stretch, w.samples) for w in bare.windows]
-    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], bare.less_drift(bare.windows[k], e)))
+    now = replace(now, white=lambda k, e: white.whitened(k, *places[k], bare.less_known(bare.windows[k], e)))
     ratio = [max(r(bare, now, k) for r in (size_ratio, low_frequency_ratio)) for k in range(4)]
     return np.asarray(np.maximum(ratio, 1.0), dtype=float)
 
@@ -154,7 +154,7 @@ def _whitened(
     """Columns (m, 2, c) of a window and answers (m, 2, n) in its samples' units, both weighted and made white."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
     sigma = sigma * problem.inflation[problem.kinds(window)]
-    weighted = problem.less_drift(window, answers / sigma[:, None, None])
+    weighted = problem.less_known(window, answers / sigma[:, None, None])
     together = np.concatenate([columns, weighted], axis=2)
     if problem.whitening is None:
         return together
@@ -183,7 +183,7 @@ def _products(problem: Problem, fitted: Fitted, unit: tuple[FloatArray, ...]) ->
     out = []
     for k, w in enumerate(problem.windows):
         shapes = unit[w.stretch][w.samples]
-        own = np.concatenate([rows[k], problem.less_drift(w, raw[k])[:, :, None]], axis=2)
+        own = np.concatenate([rows[k], problem.less_known(w, raw[k])[:, :, None]], axis=2)
         columns = _whitened(problem, k, w, own, shapes.reshape(*shapes.shape[:2], -1))
         flat = columns.reshape(-1, columns.shape[2])
         out.append(flat.T @ flat)

@@ -109,9 +109,11 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
         for a in range(width):
             work.projected[k, a] = 0.0
     for a in range(width):
-        work.drifted[0, a] = work.drifted[1, a] = 0.0
         for b in range(width):
             work.moment[a, b] = 0.0
+    for d in range(work.states.shape[0]):
+        for a in range(width):
+            work.states[d, a] = 0.0
     filled = np.int64(0)
     for m in range(low, high):
         place = sensing.t[m] / motion.h - begin
@@ -123,8 +125,8 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
             residual[m, axis] = error * sensing.weight[m]
             if rows.shape[2] == 0:
                 work.batch[filled, last] = residual[m, axis]
-            if sensing.kind[m] == POSITION and sensing.gains.keep.shape[0]:
-                _take_off(axis, m, filled, sensing.gains, work)
+            if work.states.shape[0] and sensing.known.used[m]:
+                _take_off(axis, m, filled, sensing.known, work)
             for k in range(rows.shape[2]):
                 rows[m, axis, k] = work.batch[filled, since + k] if since + k < width else 0.0
             work.row[filled] = 2 * m + axis
@@ -141,15 +143,37 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
 
 
 @njit(**HELPER)
-def _take_off(axis, m, filled, gains, work):
-    """Take what is known of a drift off a position's row of the batch, as ``identify.drift`` says."""
-    width = work.batch.shape[1]
-    sigma, gain, root, keep = gains.sigma[m], gains.gain[m], gains.root[m], gains.keep[m]
+def _take_off(axis, m, filled, known, work):
+    """Take what is known off a row of the batch, as ``identify.innovations`` says."""
+    width, size = work.batch.shape[1], work.states.shape[0]
+    if axis == 0:
+        _carry(m, known, work)
+    sigma, root = known.sigma[m], known.root[m, axis]
     for o in range(0, width, 8):
-        known = load(work.drifted, axis * width + o) * keep
-        new = load(work.batch, filled * width + o) * sigma - known
-        store(work.drifted, axis * width + o, known + new * gain)
+        new = load(work.batch, filled * width + o) * sigma
+        for d in range(size):
+            if known.seen[m, axis, d] != 0.0:
+                new = new - load(work.states, d * width + o) * known.seen[m, axis, d]
+        for d in range(size):
+            state = load(work.states, d * width + o)
+            store(work.states, d * width + o, state + new * known.gain[m, axis, d])
         store(work.batch, filled * width + o, new * (root / sigma))
+
+
+@njit(**HELPER)
+def _carry(m, known, work):
+    """Carry what is known on to a sample from the one before."""
+    width, places, by = work.batch.shape[1], known.places, known.carried
+    for d in range(work.after.shape[0]):
+        for a in range(width):
+            work.after[d, a] = 0.0
+    for k in range(places.shape[0]):
+        to, of = places[k, 0] * width, places[k, 1] * width
+        for o in range(0, width, 8):
+            store(work.after, to + o, load(work.after, to + o) + load(work.states, of + o) * by[m, k])
+    for d in range(work.after.shape[0]):
+        for a in range(width):
+            work.states[d, a] = work.after[d, a]
 
 
 @njit(**HELPER)

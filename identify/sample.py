@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from identify.aligned import zeros
-from identify.drift import Gains
+from identify.innovations import Filter
 from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
 from identify.simd import HELPER, load, splat, store
 
@@ -42,7 +42,7 @@ class Sensing(NamedTuple):
 
     ``t`` (m,) on the stretch's grid, in s from its begin, clocks' offsets off; ``kind`` (m,); ``value`` (m, 2);
     ``weight`` (m,) = 1/σ; ``sensor`` (9,) parameters, ``along`` (9, width) their derivatives along every column,
-    ``used`` (9,) which have any; ``gains`` how a drift of the positions is taken off, where one is known.
+    ``used`` (9,) which have any; ``known`` how a drift of the positions, and waves, are taken off, where there are any.
     """
 
     t: FloatArray
@@ -52,7 +52,7 @@ class Sensing(NamedTuple):
     sensor: FloatArray
     along: FloatArray
     used: IntArray
-    gains: Gains
+    known: Filter
 
 
 class Work(NamedTuple):
@@ -61,7 +61,7 @@ class Work(NamedTuple):
     ``batch`` (BATCH, width) rows of derivatives and error, ``row`` (BATCH,) which ones they are, ``moment`` (width,
     width) their products, ``projected`` (K, width) their sums along a window's basis; for the row in hand ``place`` and
     ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts`` (SOURCES,) how many there are;
-    ``drifted`` (2, width) what is known of a drift in the rows of each axis.
+    ``states`` (D, width) what is known of a drift and waves in every column, ``after`` (D, width) as it is carried on.
     """
 
     batch: FloatArray
@@ -71,15 +71,17 @@ class Work(NamedTuple):
     place: IntArray
     weight: FloatArray
     counts: IntArray
-    drifted: FloatArray
+    states: FloatArray
+    after: FloatArray
 
 
-def work_for(width: int, basis: int = 0) -> Work:
-    """Places to work in for rows of ``width`` and a basis of so many."""
+def work_for(width: int, basis: int = 0, states: int = 0) -> Work:
+    """Places to work in for rows of ``width``, a basis of so many, and so many states of what is known."""
     return Work(
         zeros(BATCH, width), zeros(width, width), zeros(basis, width), np.zeros(BATCH, dtype=np.int64),
         np.zeros((SOURCES, MOST), dtype=np.int64),
-        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64), zeros(2, width),
+        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
+        zeros(states, width), zeros(states, width),
     )  # fmt: skip
 
 

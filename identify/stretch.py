@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -13,10 +13,11 @@ from scipy.ndimage import correlate1d
 
 from identify.actuator_dynamics import Before
 from identify.drift import Drift
+from identify.innovations import NO_FILTER, Filter, filter_of, since_used, together
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
-from identify.swell import Swell, shown_by
+from identify.swell import Swell, path_of
 from preprocess.eso_motion import bandwidths_of
 from preprocess.trial import Measurement, Trial
 
@@ -34,7 +35,7 @@ MOST_BEFORE = 10_000
 SUBSTEPS = 8
 
 #: What a stretch remembers that its samples' σ have no part in.
-OF_ANY_WEIGHT = ("remembered", "slopes", "acting", "before", "swung")
+OF_ANY_WEIGHT = ("remembered", "slopes", "acting", "before")
 
 
 @dataclass(frozen=True)
@@ -148,10 +149,20 @@ class Stretch:
         remembering = lru_cache(maxsize=4 * max(1, len(self.inputs)))
         return remembering(lambda name, until: before(self.inputs[name], until))
 
-    @cached_property
-    def swung(self) -> Callable[[float], FloatArray]:
-        """What samples show (m, 2, K) of the waves that it knows of, for windows of a length, s; the last is kept."""
-        return lru_cache(maxsize=1)(lambda length: shown_by(self, length))
+    def known(self, inflation: FloatArray, windows: Sequence[slice]) -> Filter:
+        """What takes off the drift and waves that are known; σ count ``inflation`` (4,) times, a drift with them."""
+        if self.drift is None and self.swell is None:
+            return NO_FILTER
+        t, kind = self.samples.t, self.samples.kind
+        used = (kind == POSITION) | (self.swell is not None)
+        since, parts = since_used(t, used), []
+        if self.drift:
+            drift = replace(self.drift, size=inflation[POSITION] * self.drift.size)
+            parts.append(drift.process(since, kind))
+        if self.swell:
+            path = path_of(t, since, self.grid, self.states)
+            parts.append(self.swell.process(since, kind, path))
+        return filter_of(together(parts), self.samples.sigma * inflation[kind], used, windows)
 
     def weighted(self, sigma: FloatArray, drifts: float = 1.0) -> Stretch:
         """The same with other σ (m,) of its samples, its positions drifting so many times as far.

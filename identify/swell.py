@@ -1,36 +1,47 @@
 """Waves that are known to be there, as what they leave open in every window's predictions.
 
 Waves move a vessel whatever it does; no model can say when. Once their band is known, the errors that they make are no
-white noise: over a window each velocity has a part that swings at frequencies of the band, of unknown phase. These are
-shapes of the errors like those of what inputs hide (``identify.unlogged``), and are made white with them: what a model
-lacks beside the waves shows, and none of it is taken for them.
+white noise: each velocity has a part that swings in the band, as a resonance does that white noise drives (Fossen 2021,
+sec. 10.2), and pushes that last leave a slow part beside it. Both are states of the filter that makes the errors white
+(``identify.innovations``): what a model lacks beside the waves shows, and none of it is taken for them.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import expm, solve_continuous_lyapunov
 
-from identify.kernel import HEADING, POSITION, YAW_RATE
-
-if TYPE_CHECKING:
-    from identify.stretch import Stretch
+from identify.innovations import Process
+from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Half width at half height of a resonance whose band has a unit of spread.
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+_Table = dict[tuple[int, int], FloatArray]
+
+#: Half width at half height of a resonance, that white noise drives, whose band has a unit of spread.
 RESONANCE = 0.6
-#: Beyond so many of these widths a band is its skirt, which ends at these multiples of its frequency.
-CORE, ENDS = 3.0, (0.4, 3.5)
-#: Frequencies are so many cycles of a window apart; the skirt has so many at most.
-APART, MOST = 0.75, 44
+#: No band's resonances are damped by more than this share of their frequency.
+WIDEST = 0.5
 #: A window's variance is reckoned at so many times.
 STEPS = 200
+#: A damping below this is none, 1/s.
+TINY = 1e-9
+#: Times are looked up at so many s from each other.
+APART = 1e-3
+#: States: of the band along u, v, r four each (displacement and velocity of a resonance that white noise drives, and of
+#: one that the first one's velocity drives: these are the vessel's); velocities that pushes leave; heading beside the
+#: band's own; place, north and east, beside that of the band's displacements.
+BANDS, PUSHED, HEADING_LEFT, PLACE = (0, 4, 8), (12, 13, 14), 15, (16, 17)
+COUNT = 18
+#: Which of a band's states say anything of which, and pairs of them.
+COUPLED = tuple((i, j) for i in range(4) for j in range(4) if i >= 2 or j < 2)
+UPPER = tuple((i, j) for i in range(4) for j in range(i, 4))
 
 
 @dataclass(frozen=True)
@@ -94,98 +105,146 @@ class Swell:
     skirt: float = 0.0
 
     @property
-    def width(self) -> float:
-        """Half width of the band at half its height, as that of a resonance, rad/s."""
-        return RESONANCE * self.spread
-
-    def waves(self, t: FloatArray, length: float) -> FloatArray:
-        """Independent swings (n, K) at times ``t`` (n,), s, resolved over ``length`` s; the core's variance is 1."""
-        apart, core = 2.0 * math.pi * APART / length, CORE * self.width
-        low, high = (round(abs(e - 1.0) * self.frequency / apart) for e in ENDS)
-        low = min(low, MOST // 2)
-        some = (low, min(high, MOST - low)) if self.skirt > 0.0 else (0, 0)
-        least = max(2, math.ceil(core / apart))
-        away = apart * np.arange(-max(some[0], least), max(some[1], least) + 1)
-        power = 1.0 / (1.0 + (away / self.width) ** 2)
-        near = np.abs(away) <= core
-        size = np.sqrt(power * np.where(near, 1.0, self.skirt) / power[near].sum())
-        phase = np.outer(t, self.frequency + away)
-        return np.concatenate([np.cos(phase) * size, np.sin(phase) * size], axis=1)
-
-    def pushed(self, t: FloatArray, axis: int, length: float) -> FloatArray:
-        """Velocity (n, K) along an axis at times ``t`` (n,) that the skirt's slow pushes leave, if it has any.
-
-        One column for each block of any ``length`` s: what came before a window is in its first state.
-        """
-        push = math.sqrt(4.0 * self.width * self.skirt) * self.motion[axis]
-        if not push > 0.0:
-            return np.zeros((len(t), 0))
-        block = math.pi / (ENDS[0] * self.frequency)
-        count = math.ceil(length / block) + 1
-        begin = np.arange(t[0] + 0.5 * block, max(t[-1], t[0] + block), block)
-        since = t[:, None] - begin
-        left = (since > 0.0) * np.exp(-max(self.damping[axis], 0.0) * np.maximum(since, 0.0))
-        blocks = [left[:, k::count].sum(axis=1) for k in range(min(count, len(begin)))]
-        return push * math.sqrt(block) * np.column_stack(blocks)
-
-    def along(self, t: FloatArray, axis: int, length: float) -> FloatArray:
-        """All that is left open of a velocity along an axis (n, K) at times ``t`` (n,), s."""
-        return np.concatenate(
-            [self.waves(t, length) * self.motion[axis], self.pushed(t, axis, length)], axis=1
-        )
+    def pushes(self) -> FloatArray:
+        """What the skirt pushes u, v, r with slowly (3,): white intensity times √s."""
+        width = RESONANCE * self.spread
+        return np.asarray(np.sqrt(4.0 * width * self.skirt) * np.array(self.motion), dtype=float)
 
     def variance(self, length: float) -> FloatArray:
-        """Of u, v, r (3,) about their mean over ``length`` s."""
+        """Of u, v, r (3,) over ``length`` s."""
+        own = np.array(self.motion) ** 2
         t = np.linspace(0.0, length, STEPS)
-        return np.array([self.along(t, k, length).var(axis=0).sum() for k in range(3)])
+        slow = self.pushes**2 * np.array([_grown(max(d, 0.0), t).mean() for d in self.damping])
+        return np.asarray(own + slow, dtype=float)
+
+    def process(self, since: FloatArray, kind: IntArray, path: Path) -> Process:
+        """Its states at samples (m,) of these kinds, each so long ``since`` the one before, s, along a ``path``."""
+        carried: _Table = {}
+        noise: _Table = {}
+        begin = np.zeros((COUNT, COUNT))
+        band = _band(self.frequency, min(self.spread, WIDEST * self.frequency), since)
+        for k, motion in enumerate(self.motion):
+            at = BANDS[k]
+            carried |= {(at + i, at + j): band.carried[:, i, j] for i, j in COUPLED}
+            noise |= {(at + i, at + j): motion**2 * band.noise[:, i, j] for i, j in UPPER}
+            begin[at : at + 4, at : at + 4] = motion**2 * band.begin
+            self._push(since, k, carried, noise)
+        self._turn(since, path, band.gone, carried)
+        places, by = _listed(carried, len(since))
+        noise_places, variance = _listed(noise, len(since))
+        return Process(places, by, noise_places, variance, self._seen(kind, path), begin)
+
+    def _push(self, since: FloatArray, k: int, carried: _Table, noise: _Table) -> None:
+        """A velocity that slow pushes leave, forgotten as the vessel's damping says."""
+        damping, at = max(self.damping[k], 0.0), PUSHED[k]
+        carried[at, at] = np.exp(-damping * since)
+        noise[at, at] = self.pushes[k] ** 2 * _grown(damping, since)
+
+    def _turn(self, since: FloatArray, path: Path, gone: FloatArray, carried: _Table) -> None:
+        """Heading beside the band's own, and place beside that of its displacements, along a path.
+
+        ``gone`` (m, 4): what a displacement adds up to since, by the band's states before.
+        """
+        c, s, r = np.cos(path.psi_before), np.sin(path.psi_before), path.turning
+        slow = [_lasted(max(d, 0.0), since) for d in self.damping]
+        one = np.ones(len(since))
+        carried |= {(HEADING_LEFT, HEADING_LEFT): one, (HEADING_LEFT, PUSHED[2]): slow[2]}
+        ways = ((PLACE[0], -path.east, (s, c), (c, -s)), (PLACE[1], path.north, (-c, s), (s, c)))
+        for at, aside, swung, pushed in ways:
+            carried |= {(at, at): one, (at, HEADING_LEFT): aside * since}
+            for by, band in ((r * swung[0], BANDS[0]), (r * swung[1], BANDS[1]), (aside, BANDS[2])):
+                carried |= {(at, band + j): by * gone[:, j] for j in range(4)}
+            carried |= {(at, PUSHED[k]): pushed[k] * slow[k] for k in range(2)}
+
+    def _seen(self, kind: IntArray, path: Path) -> FloatArray:
+        """What of the states the rows of samples show (m, 2, D)."""
+        seen = np.zeros((len(kind), 2, COUNT))
+        c, s, (x, y) = np.cos(path.psi), np.sin(path.psi), self.arm
+        arm = (-s * x - c * y, c * x - s * y)
+        heading, turning = [BANDS[2] + 2, HEADING_LEFT], [BANDS[2] + 3, PUSHED[2]]
+        placed, moving, turned = kind == POSITION, kind == VELOCITY, kind == HEADING
+        for axis, (ahead, aside) in enumerate(((c, -s), (s, c))):
+            rate = path.north_now if axis else -path.east_now
+            seen[placed, axis, PLACE[axis]] = 1.0
+            for k, by in enumerate((ahead, aside)):
+                seen[placed, axis, BANDS[k] + 2] = by[placed]
+                seen[moving, axis, BANDS[k] + 3] = seen[moving, axis, PUSHED[k]] = by[moving]
+            for part, by in ((placed, arm[axis]), (moving, rate)):
+                seen[np.ix_(part, [axis], heading)] = by[part][:, None, None]
+            seen[np.ix_(moving, [axis], turning)] = arm[axis][moving][:, None, None]
+        seen[np.ix_(turned, [0], heading)] = 1.0
+        seen[np.ix_(kind == YAW_RATE, [0], turning)] = 1.0
+        return seen
 
 
-def shown_by(stretch: Stretch, length: float) -> FloatArray:
-    """What a stretch's samples show (m, 2, K) of each swing of one standard deviation, in their own units.
+@dataclass(frozen=True)
+class Path:
+    """Where a vessel heads and how it moves as the samples (m,) are taken, and in the middle of the time before each.
 
-    Windows of about ``length`` s are taken to have their own. Nothing where no waves are known.
+    ``psi``, rad, ``north_now`` and ``east_now``, m/s, at the samples; ``psi_before``, ``turning``, rad/s, ``north`` and
+    ``east`` in the middle of the time before.
     """
-    t, kind = stretch.samples.t, stretch.samples.kind
-    if stretch.swell is None:
-        return np.zeros((len(t), 2, 0))
-    place, speed, heading, turning = _along(stretch, stretch.swell, length)
-    grid = stretch.grid
-    i = np.clip(np.searchsorted(grid, t, side="right") - 1, 0, stretch.steps - 1)
-    x = ((t - grid[i]) / stretch.h)[:, None, None]
-    out = np.zeros((len(t), 2, heading.shape[1]))
-    for k in np.unique(kind):
-        mine = kind == k
-        values = {POSITION: place, HEADING: heading[:, None], YAW_RATE: turning[:, None]}.get(int(k), speed)
-        here, there = values[i[mine]], values[i[mine] + 1]
-        out[mine, : values.shape[1]] = here + (there - here) * x[mine]
-    return out
+
+    psi: FloatArray
+    north_now: FloatArray
+    east_now: FloatArray
+    psi_before: FloatArray
+    turning: FloatArray
+    north: FloatArray
+    east: FloatArray
 
 
-def _along(
-    stretch: Stretch, swell: Swell, length: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """On the grid: position and its rate (n, 2, K) of the antenna, heading and yaw rate (n, K)."""
-    t = stretch.grid - stretch.start
-    waves = swell.waves(t, length)
-    each = [
-        np.concatenate([waves * s, swell.pushed(t, k, length)], axis=1) for k, s in enumerate(swell.motion)
-    ]
-    u, v, r = (
-        np.concatenate([x if k == j else np.zeros_like(x) for k, x in enumerate(each)], axis=1)
-        for j in range(3)
+def path_of(t: FloatArray, since: FloatArray, grid: FloatArray, states: FloatArray) -> Path:
+    """The path of smoothed ``states`` (n + 1, 6) on a grid, at samples (m,) so long ``since`` the one before."""
+    psi, u, v, r = states[:, 2], states[:, 3], states[:, 4], states[:, 5]
+    north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
+    now = (np.interp(t, grid, x) for x in (psi, north, east))
+    before = (np.interp(t - 0.5 * since, grid, x) for x in (psi, r, north, east))
+    return Path(*now, *before)
+
+
+class _Band(NamedTuple):
+    """A band of unit variance along one axis: what its states become, what noise adds to their covariance (m, 4, 4).
+
+    ``gone`` (m, 4): what the displacement adds up to; ``begin`` (4, 4): the covariance that they always have.
+    """
+
+    carried: FloatArray
+    noise: FloatArray
+    gone: FloatArray
+    begin: FloatArray
+
+
+def _band(frequency: float, damping: float, since: FloatArray) -> _Band:
+    """Two resonances of this frequency and damping, rad/s and 1/s, the second driven by the first one's velocity."""
+    w2, d2 = frequency**2, 2.0 * damping
+    rates = np.array([[0.0, 1.0, 0.0, 0.0], [-w2, -d2, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, d2, -w2, -d2]])
+    always = solve_continuous_lyapunov(rates, -np.diag([0.0, 1.0, 0.0, 0.0]))
+    always /= always[3, 3]
+    step, steps = expm(rates * APART), [np.eye(4)]
+    place = np.rint(since / APART).astype(int)
+    for _ in range(int(place.max(initial=0))):
+        steps.append(steps[-1] @ step)
+    rest = (since - APART * place)[:, None, None]
+    near = np.eye(4) + rest * rates + 0.5 * rest**2 * (rates @ rates)
+    carried = np.array(steps)[place] @ near
+    noise = always - carried @ always @ np.swapaxes(carried, 1, 2)
+    gone = np.linalg.solve(rates.T, np.eye(4)[2]) @ (carried - np.eye(4))
+    return _Band(carried, noise, gone, always)
+
+
+def _grown(damping: float, t: FloatArray) -> FloatArray:
+    """Variance of a velocity that white pushes of unit intensity drive, so long after it was nothing."""
+    return np.asarray(-np.expm1(-2.0 * damping * t) / (2.0 * damping) if damping > TINY else t, dtype=float)
+
+
+def _lasted(damping: float, t: FloatArray) -> FloatArray:
+    """How far a velocity of one goes in so long a time."""
+    return np.asarray(-np.expm1(-damping * t) / damping if damping > TINY else t, dtype=float)
+
+
+def _listed(table: _Table, count: int) -> tuple[IntArray, FloatArray]:
+    """Places (k, 2) and values (m, k) of a table."""
+    return np.array(list(table), dtype=np.int64), np.column_stack(
+        [np.broadcast_to(x, count) for x in table.values()]
     )
-    psi, ahead, aside = (stretch.states[:, [j]] for j in (2, 3, 4))
-    c, s = np.cos(psi), np.sin(psi)
-    turned = _summed(r, stretch.h)
-    u, v = u - turned * aside, v + turned * ahead
-    speed = np.stack([c * u - s * v, s * u + c * v], axis=1)
-    x, y = swell.arm
-    arm = np.stack([-s * x - c * y, c * x - s * y], axis=1)
-    place = _summed(speed, stretch.h) + arm * turned[:, None]
-    return place, speed + arm * r[:, None], turned, r
-
-
-def _summed(rate: FloatArray, h: float) -> FloatArray:
-    """Integral of what is given every ``h`` s along the first axis, from nothing."""
-    steps = 0.5 * h * (rate[1:] + rate[:-1])
-    return np.concatenate([np.zeros((1, *rate.shape[1:])), np.cumsum(steps, axis=0)])

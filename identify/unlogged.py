@@ -195,7 +195,7 @@ def _accounts(problem: Problem, structure: Structure, p: FloatArray, raw: Sequen
     known = unlogged(problem, structure, p)
     error = power = 0.0
     for w, e in zip(problem.windows, raw, strict=True):
-        steady = problem.kinds(w) != kernel.POSITION
+        steady, e = problem.kinds(w) != kernel.POSITION, problem.less_known(w, e)
         error += float(np.sum(e[steady] ** 2))
         power += e[steady].size + float(np.sum(weighted(problem, known.answers, w)[steady] ** 2))
     return power > TENTH * error
@@ -210,10 +210,10 @@ def _believed(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> t
 
 
 def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> FloatArray:
-    """What each share gains in 2 log likelihood (shares,) over no answers at all, beside what is sure and waves."""
-    sure = [*known.sure, problem.swung]
-    each = list(zip(problem.windows, raw, strict=True))
-    gains = abreast(lambda x: _gains_in(problem, known.answers, sure, *x), each, granted())
+    """What each share gains in 2 log likelihood (shares,) over no answers at all, beside what is sure."""
+    new = [problem.less_known(w, e) for w, e in zip(problem.windows, raw, strict=True)]
+    each = list(zip(problem.windows, new, strict=True))
+    gains = abreast(lambda x: _gains_in(problem, known.answers, known.sure, *x), each, granted())
     return np.asarray(np.sum(gains, axis=0))
 
 
@@ -227,7 +227,8 @@ def _gains_in(
     """The same (shares,) of errors (m, 2) in one window, by answers ``between`` samples and those that are ``sure``."""
     steady = (problem.kinds(window) != kernel.POSITION)[:, None]
     answers, e = weighted(problem, between, window) * steady[:, :, None], error * steady
-    beside = np.concatenate([weighted(problem, a, window) for a in sure], axis=2) * steady[:, :, None]
+    shapes = [answers[:, :, :0], *(weighted(problem, a, window) for a in sure)]
+    beside = np.concatenate(shapes, axis=2) * steady[:, :, None]
     gains = np.zeros(len(SHARES))
     if beside.shape[2]:
         power, vectors = eigen(beside)

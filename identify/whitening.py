@@ -88,10 +88,10 @@ def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
 
 
 def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
-    """Answers (m, 2, K) of a window's samples in units of their weight, less what of a drift is known."""
+    """Answers (m, 2, K) of a window's samples in units of their weight, less what of a drift and of waves is known."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
     sigma = sigma * problem.inflation[problem.kinds(window)]
-    return problem.less_drift(window, answers[window.stretch][window.samples] / sigma[:, None, None])
+    return problem.less_known(window, answers[window.stretch][window.samples] / sigma[:, None, None])
 
 
 def eigen(answers: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -40,7 +40,7 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
 def _over_whole_logs(fitted: Fitted) -> Fitted:
     """The same, made anew."""
     whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
-    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hidden is not None:
+    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hides:
         return fitted
     problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
     structure, first = fitted.solution.structure, first_states(problem)

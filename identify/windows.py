@@ -13,9 +13,9 @@ import numpy as np
 from identify import kernel
 from identify.compiled import motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
 from identify.directions import Directions, all_directions
-from identify.drift import Gains, gains_of, less_drift
 from identify.drive import Drive, drives
 from identify.first_states import begun
+from identify.innovations import Filter, new_in
 from identify.measure import moments_of_windows
 from identify.moments import Moments
 from identify.sample import work_for
@@ -74,12 +74,8 @@ class Problem:
 
     @cached_property
     def hidden(self) -> tuple[FloatArray, ...] | None:
-        """Per stretch (m, 2, K) what no log says, each of one standard deviation: of the inputs, and of waves."""
-        parts = [self.swung] if self.swell else []
-        parts += [self.unlogged.over(self).sized] if self.unlogged else []
-        if not parts:
-            return None
-        return tuple(np.concatenate(each, axis=2) for each in zip(*parts, strict=True))
+        """Per stretch (m, 2, K) what the inputs' logs do not say, each of one standard deviation."""
+        return self.unlogged.over(self).sized if self.unlogged else None
 
     @property
     def swell(self) -> Swell | None:
@@ -87,27 +83,23 @@ class Problem:
         return next((s.swell for s in self.stretches if s.swell), None)
 
     @cached_property
-    def swung(self) -> tuple[FloatArray, ...]:
-        """Per stretch (m, 2, K) what samples show of the waves that are known."""
-        longest = max((w.steps * self.stretches[w.stretch].h for w in self.windows), default=0.0)
-        return tuple(s.swung(longest) for s in self.stretches)
-
-    @cached_property
-    def gains(self) -> tuple[Gains, ...]:
-        """How a drift of the positions is taken off in every stretch, where one is known."""
+    def known(self) -> tuple[Filter, ...]:
+        """How a drift of the positions, and waves, are taken off in every stretch, where any are known."""
         mine: list[list[slice]] = [[] for _ in self.stretches]
         for w in self.windows:
             mine[w.stretch].append(w.samples)
-        return tuple(
-            gains_of(s.drift, s.samples.t, s.samples.kind, s.samples.sigma, windows)
-            for s, windows in zip(self.stretches, mine, strict=True)
-        )
+        return tuple(s.known(self.inflation, own) for s, own in zip(self.stretches, mine, strict=True))
 
-    def less_drift(self, window: Window, columns: FloatArray) -> FloatArray:
-        """Errors (m, 2) of a window, or columns (m, 2, k), in units of their weight, less what of a drift is known."""
-        kind, shape = self.stretches[window.stretch].samples.kind, columns.shape
+    def less_known(self, window: Window, columns: FloatArray) -> FloatArray:
+        """Errors (m, 2) of a window, or columns (m, 2, k), in units of their weight, less a drift and waves."""
+        shape = columns.shape
         columns = columns.reshape(*shape[:2], math.prod(shape[2:]))
-        return less_drift(self.gains[window.stretch], kind, window.samples, columns).reshape(shape)
+        return new_in(self.known[window.stretch], window.samples, columns).reshape(shape)
+
+    @property
+    def hides(self) -> bool:
+        """Whether anything moves the vessel that no log says."""
+        return self.unlogged is not None or self.swell is not None
 
     @property
     def drifts(self) -> bool:
@@ -126,7 +118,7 @@ class Problem:
     def white(self, number: int, error: FloatArray) -> FloatArray:
         """A window's errors (m, 2), white as far as it is said what drifts and what the inputs hide."""
         w = self.windows[number]
-        error = self.less_drift(w, error)
+        error = self.less_known(w, error)
         return (
             error if self.whitening is None else self.whitening.whitened(number, w.stretch, w.samples, error)
         )
@@ -184,7 +176,7 @@ def moments(
     first, unit = begun(problem, structure, driven, first)
     along = _nothing(len(driven)) if held else along_all(problem, structure, p, driven)
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
-    hidden, _ = problem.whitening, problem.gains  # made before the threads ask for them
+    hidden, _ = problem.whitening, problem.known  # made before the threads ask for them
     size = columns * sum(s.steps for s in problem.stretches)
     workers = granted() if size >= WORTH_SHARING else 1
     shares = [
@@ -267,11 +259,12 @@ def _of_windows(
     shrink: FloatArray = np.zeros((len(part), 0))
     if hidden is not None:
         basis, shrink = hidden.rows(windows[0].stretch), np.ascontiguousarray(hidden.shrink[part])
+    known = problem.known[windows[0].stretch]
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1], problem.gains[windows[0].stretch]),
+        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1], known),
         basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
-        work_for(width, shrink.shape[1]), found, errors, 0, np.zeros((0, 2, 0)),
+        work_for(width, shrink.shape[1], known.states), found, errors, 0, np.zeros((0, 2, 0)),
     )  # fmt: skip
     return found, errors
 
@@ -288,7 +281,7 @@ def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: Fl
         if not mine:
             continue
         along, sensor = along_every[number]
-        sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor, problem.gains[number])
+        sensing = sensing_of(problem.inflation, stretch, d.sensor, sensor, problem.known[number])
         windows = [problem.windows[k] for k in mine]
         rows = rows_of(structure, d, stretch, windows, first[mine], along, sensing, columns)
         rows[..., : kernel.NX] *= unit

@@ -12,8 +12,9 @@ from identification_samples import trials_of
 
 from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
-from identify.drift import Drift, gains_of, less_drift
+from identify.drift import Drift
 from identify.first_states import first_states
+from identify.innovations import filter_of, new_in, since_used
 from identify.kernel import HEADING, POSITION
 from identify.prepare import prepare, with_pooled_noise
 from identify.rough_fit import roughly
@@ -31,11 +32,14 @@ def test_what_is_left_is_white_as_the_covariance_says(size, time, seed):
     mine = kind == POSITION
     drift = size**2 * np.exp(-np.abs(np.subtract.outer(t[mine], t[mine])) / time)
     covariance = np.eye(int(mine.sum())) + drift / sigma[mine] / sigma[mine][:, None]
-    gains = gains_of(Drift(size, time), t, kind, sigma, [slice(0, 25)])
-    left = less_drift(gains, kind, slice(0, 25), columns)
+    known = filter_of(Drift(size, time).process(since_used(t, mine), kind), sigma, mine, [slice(0, 25)])
+    left = new_in(known, slice(0, 25), columns)
     for axis in range(2):
         expected = columns[mine, axis].T @ np.linalg.solve(covariance, columns[mine, axis])
         assert left[mine, axis].T @ left[mine, axis] == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    assert known.information(slice(0, 25)) == pytest.approx(
+        2.0 * np.linalg.slogdet(covariance)[1], rel=1e-6, abs=1e-9
+    )
     assert np.array_equal(left[~mine], columns[~mine])
 
 

@@ -6,74 +6,119 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from identification_samples import trials_of
 from scipy.linalg import expm
 
+from identify.innovations import filter_of, new_in, since_used
+from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.prepare import prepare
-from identify.stretch import KIND
-from identify.swell import RESONANCE, Swell, shown_by
+from identify.swell import RESONANCE, Swell, path_of
+from identify.windows import cut
 from validate.swell import in_swell
 
-SWELL = Swell(1.7, 0.1, (0.05, 0.08, 0.03))
+SWELL = Swell(1.7, 0.1, (0.05, 0.08, 0.02), arm=(0.4, -0.3), damping=(0.1, 0.4, 0.6))
+#: What each stream's noise is, in the order of the kinds.
+NOISE = np.array([0.05, 0.002, 0.002, 0.01])
+H, LONG, LEAD = 0.02, 40.0, 400.0
 
 
-def stretch():
+def swung(swell, rng):
+    """Velocities u, v, r (n, 3) that waves make: resonances that white noise drives, and what slow pushes leave.
+
+    The second (3,) is where the resonances begin: a fit's first states take that.
+    """
+    n, g, w = round(LONG / H) + 1, swell.spread, swell.frequency
+    long = round(LEAD / H)
+    step = expm(np.array([[0.0, 1.0], [-(w**2), -2.0 * g]]) * H)
+    out, begin = np.zeros((n, 3)), np.zeros(3)
+    for k, motion in enumerate(swell.motion):
+        first, second, made = np.zeros(2), np.zeros(2), np.zeros((long + n, 2))
+        for i, white in enumerate(rng.standard_normal(long + n)):
+            made[i] = second
+            second = step @ second + [0.0, H * first[1]]
+            first = step @ first + [0.0, white]
+        made *= motion / made[:, 1].std()
+        begin[k] = made[long, 0]
+        pushed, pushes = 0.0, np.sqrt(4.0 * RESONANCE * g * swell.skirt) * motion
+        for i in range(n):
+            out[i, k] = made[long + i, 1] + pushed
+            pushed += -swell.damping[k] * pushed * H + pushes * np.sqrt(H) * rng.standard_normal()
+    return out, begin
+
+
+def motion_of(steady, more, begin):
+    """States (n, 6) of a vessel at velocities u, v, r and what waves add, so far displaced as it begins."""
+    u, v, r = (steady + more).T
+    psi = 0.3 + begin[2] + summed(r)
+    north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
+    c, s = np.cos(psi[0]), np.sin(psi[0])
+    x, y = c * begin[0] - s * begin[1] + summed(north), s * begin[0] + c * begin[1] + summed(east)
+    return np.column_stack([x, y, psi, u, v, r])
+
+
+def summed(rate):
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * H])
+
+
+def shown(states, i, kind, arm):
+    """What a sensor shows (2,) at a step."""
+    x, y, psi, u, v, r = states[i]
+    c, s = np.cos(psi), np.sin(psi)
+    ahead, aside = c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
+    return {
+        POSITION: (x + ahead, y + aside), HEADING: (psi, 0.0), YAW_RATE: (r, 0.0),
+        VELOCITY: (u * c - v * s - r * aside, u * s + v * c + r * ahead),
+    }[kind]  # fmt: skip
+
+
+@pytest.mark.parametrize("skirt", [0.0, 1.0])
+@pytest.mark.parametrize("rate", [0.0, 0.15])
+def test_what_is_left_of_a_vessel_in_waves_is_white(skirt, rate):
+    """However it turns: errors of every sensor, all of a window's own, are those of the sensors' noise."""
+    swell, rng = replace(SWELL, skirt=skirt), np.random.default_rng(7)
+    n = round(LONG / H) + 1
+    steady = np.tile([1.5, 0.1, rate], (n, 1))
+    quiet = motion_of(steady, np.zeros((n, 3)), np.zeros(3))
+    places = np.sort(rng.choice(np.arange(5, n), 700, replace=False))
+    kind = rng.integers(0, 4, len(places))
+    t, sigma = places * H, NOISE[kind]
+    since = since_used(t, np.ones(len(t), dtype=bool))
+    path = path_of(t, since, H * np.arange(n), quiet)
+    known = filter_of(
+        swell.process(since, kind, path), sigma, np.ones(len(t), dtype=bool), [slice(0, len(t))]
+    )
+    left = []
+    for _ in range(6):
+        moved = motion_of(steady, *swung(swell, rng))
+        error = np.array([
+            np.subtract(shown(moved, i, k, swell.arm), shown(quiet, i, k, swell.arm))
+            for i, k in zip(places, kind, strict=True)
+        ])  # fmt: skip
+        both = np.isin(kind, [POSITION, VELOCITY])[:, None] | (np.arange(2) == 0)
+        error = error / sigma[:, None] + rng.standard_normal(error.shape) * both
+        left.append(new_in(known, slice(0, len(t)), error[:, :, None])[:, :, 0])
+    left = np.array(left)[:, 30:]  # the first states of a fit take what there is at the begin
+    kind = kind[30:]
+    for k in range(4):
+        assert np.mean(left[:, kind == k, 0] ** 2) == pytest.approx(1.0, abs=0.15)
+    heading = left[:, kind == HEADING, 0]
+    assert abs(np.mean(heading[:, 1:] * heading[:, :-1])) < 0.1
+
+
+def test_a_window_varies_by_the_band_and_what_slow_pushes_add_up_to():
+    assert SWELL.variance(30.0) == pytest.approx(np.square(SWELL.motion))
+    pushed = replace(SWELL, skirt=1.0, damping=(0.0, 50.0, 0.6)).variance(30.0) - np.square(SWELL.motion)
+    assert pushed[0] == pytest.approx(SWELL.motion[0] ** 2 * 4.0 * RESONANCE * SWELL.spread * 15.0, rel=0.01)
+    assert pushed[1] == pytest.approx(SWELL.motion[1] ** 2 * 4.0 * RESONANCE * SWELL.spread / 100.0, rel=0.02)
+
+
+def test_nothing_is_taken_off_where_no_waves_are_known():
     ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 3, ())
-    return in_swell(prepare(trials, ship.model).identify, SWELL)[0]
-
-
-def test_each_velocity_swings_by_as_much_as_said():
-    here = stretch()
-    answers = shown_by(here, 30.0)
-    yaw = answers[here.samples.kind == KIND["yaw_rate"], 0]
-    assert np.sum(yaw**2, axis=1) == pytest.approx(SWELL.motion[2] ** 2, rel=1e-2)
-
-
-def test_a_heading_swings_by_the_yaw_rate_over_the_frequency():
-    here = stretch()
-    answers = shown_by(here, 30.0)
-    heading = answers[here.samples.kind == KIND["heading"], 0]
-    swing = (heading - heading.mean(axis=0)) ** 2
-    assert np.mean(np.sum(swing, axis=1)) == pytest.approx((SWELL.motion[2] / SWELL.frequency) ** 2, rel=0.1)
-
-
-def test_nothing_is_left_open_where_no_waves_are_known():
-    assert shown_by(in_swell((stretch(),), None)[0], 30.0).shape[2] == 0
-
-
-@given(st.floats(0.3, 6.0), st.floats(0.03, 0.2), st.floats(10.0, 120.0))
-def test_swings_are_of_unit_variance_at_any_time(frequency, share, length):
-    band = Swell(frequency, share * frequency, (1.0, 1.0, 1.0))
-    waves = band.waves(np.linspace(0.0, length, 50), length)
-    assert np.sum(waves**2, axis=1) == pytest.approx(1.0)
-
-
-def test_a_skirt_pushes_slowly_and_a_bare_band_does_not():
-    slow = [fft_power(replace(SWELL, skirt=share), 0.35 * SWELL.frequency) for share in (0.0, 1.0)]
-    assert slow[1] > 20.0 * slow[0]
-
-
-def fft_power(swell, omega):
-    t = np.linspace(0.0, 30.0, 600)
-    left = swell.along(t, 0, 30.0)
-    wave = np.exp(-1j * omega * t) * np.hanning(len(t))
-    return np.sum(np.abs(wave @ left) ** 2)
-
-
-@pytest.mark.parametrize("share", [0.6, 1.6])
-def test_a_whole_skirt_is_between_those_of_a_resonances_displacement_and_velocity(share):
-    omega, damping, h, n = 2.0, 0.05, 0.02, 150_000
-    step = expm(np.array([[0.0, 1.0], [-(omega**2), -2.0 * damping]]) * h)
-    rng, state, path = np.random.default_rng(1), np.zeros(2), np.zeros((n, 2))
-    for k, push in enumerate(rng.standard_normal(n) * np.sqrt(h)):
-        state = step @ state + [0.0, push]
-        path[k] = state
-    t = np.arange(1500) * h
-    wave = np.exp(-1j * share * omega * t) * np.hanning(1500)
-    each = (path / path.std(axis=0)).reshape(-1, 1500, 2)
-    seen = np.sort(np.mean(np.abs(np.einsum("t,wtk->wk", wave, each)) ** 2, axis=0))
-    band = Swell(omega, damping / RESONANCE, (1.0, 0.0, 0.0), skirt=1.0)
-    said = np.sum(np.abs(wave @ band.waves(t, 30.0)) ** 2)
-    assert 0.8 * seen[0] < said < 1.25 * seen[1]
+    stretches = prepare(trials, ship.model).identify
+    calm, rough = (cut(in_swell(stretches, s), 20.0) for s in (None, SWELL))
+    assert not calm.hides
+    assert rough.hides
+    errors = np.ones((calm.windows[0].samples.stop, 2))
+    assert calm.less_known(calm.windows[0], errors) is not None
+    assert np.array_equal(calm.less_known(calm.windows[0], errors), errors)
+    assert not np.allclose(rough.less_known(rough.windows[0], errors), errors)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,14 +15,19 @@ from identify.noise import calibrated_anew
 from identify.stretch import Stretch
 from identify.swell import Swell
 from identify.windows import Problem, cut
+from preprocess.cores import side_by_side
 from validate.peaks import LEAST_CYCLES
 from validate.refits import under
 from validate.waves import perhaps_waves, waves_of
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 3
-#: Shares of a resonance's skirt that are tried; one above 1 where the band is seen narrower than it is.
-SKIRTS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+#: Shares of a resonance's skirt that are tried, and how many times as wide a band as was seen ...
+SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
+#: ... in about so many windows.
+ASKED = 12
 
 
 def with_waves_known(fitted: Fitted) -> Fitted:
@@ -39,7 +45,7 @@ def with_waves_known(fitted: Fitted) -> Fitted:
         return _tried(seen) or fitted
     if swell is None and not _would_show(known, seen):
         return fitted
-    problem = _with_likeliest_skirt(seen, swell)
+    problem = _with_likeliest_shape(seen, swell)
     return fitted if _band(problem.swell) == _band(known) else _knowing(seen, problem)
 
 
@@ -52,7 +58,7 @@ def _tried(fitted: Fitted) -> Fitted | None:
     perhaps = perhaps_waves(bare)
     if perhaps is None:
         return None
-    found = _knowing(bare, _with_likeliest_skirt(bare, perhaps))
+    found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
     return found if found.chi2_per_dof < NEAR else None
 
 
@@ -99,20 +105,34 @@ def _would_show(known: Swell | None, fitted: Fitted) -> bool:
     return fitted.problem.length * known.frequency > 2.0 * math.pi * (LEAST_CYCLES + 1.0)
 
 
-def _with_likeliest_skirt(fitted: Fitted, swell: Swell | None) -> Problem:
-    """The fit's problem in waves whose band has as much of a skirt as its errors are likeliest with."""
+def _with_likeliest_shape(fitted: Fitted, swell: Swell | None) -> Problem:
+    """The fit's problem in waves whose band is as wide, and has as much of a skirt, as its errors are likeliest with.
+
+    These are asked in some of the windows, all over the logs; how wide it is, where no waves were known before.
+    """
     problem, stretches = fitted.problem, fitted.problem.stretches
-    some = [in_swell(stretches, swell and replace(swell, skirt=share)) for share in SKIRTS]
-    bare = [replace(problem, stretches=s, inflation=np.ones(4)) for s in some]
-    best = int(np.argmax([_gain(b, fitted) for b in bare])) if swell else 0
-    return replace(problem, stretches=some[best])
+    if swell is None:
+        return replace(problem, stretches=in_swell(stretches, None))
+    every = max(1, len(problem.windows) // ASKED)
+    raw = [
+        e * problem.inflation[problem.kinds(w)][:, None]
+        for w, e in zip(problem.windows[::every], fitted.solution.moments.raw[::every], strict=True)
+    ]
+    bare = replace(problem, windows=problem.windows[::every], inflation=np.ones(4))
+    bare = replace(bare, unlogged=bare.unlogged and bare.unlogged.over(bare))
+    widths = WIDTHS if problem.swell is None else (1.0,)
+    shapes = [replace(swell, spread=w * swell.spread, skirt=s) for w in widths for s in SKIRTS]
+    gains = side_by_side(partial(_gain, bare, raw), shapes)
+    return replace(problem, stretches=in_swell(stretches, shapes[int(np.argmax(gains))]))
 
 
-def _gain(bare: Problem, fitted: Fitted) -> float:
-    """What a fit's errors gain in 2 log likelihood by what a problem leaves open."""
-    white, total = bare.whitening, 0.0
-    for k, (w, raw) in enumerate(zip(bare.windows, fitted.solution.moments.raw, strict=True)):
-        error = bare.less_drift(w, raw * fitted.problem.inflation[bare.kinds(w)][:, None])
+def _gain(bare: Problem, errors: Sequence[FloatArray], swell: Swell) -> float:
+    """What errors (m, 2) in every window gain in 2 log likelihood by waves, with what the inputs hide."""
+    there = replace(bare, stretches=in_swell(bare.stretches, swell))
+    white, total = there.whitening, 0.0
+    for k, (w, raw) in enumerate(zip(there.windows, errors, strict=True)):
+        error = there.less_known(w, raw)
+        total += float(np.sum(raw**2) - np.sum(error**2)) - there.known[w.stretch].information(w.samples)
         total += white.gain(k, w.stretch, w.samples, error) if white else 0.0
     return total
 

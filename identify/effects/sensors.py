@@ -9,8 +9,8 @@ from functools import partial
 from identify.effect import Effect, Loading, Parameter, SensorShift, Setting, Values, Variant, read_as
 from preprocess.vessel import Vessel
 
-#: An antenna is within this share of the vessel's length from the origin, which may be at either end, and what a mast or
-#: a boom reaches, m. It is so across the vessel, too: who takes forward for starboard errs by that much.
+#: An antenna is within this share of the vessel's length from the origin, which may be at either end, and what a mast
+#: or a boom reaches, m. It is so across the vessel, too: who takes forward for starboard errs by that much.
 ABOARD, MAST = 1.0, 0.5
 
 HEADING_BIAS = Effect(
