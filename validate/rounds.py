@@ -76,17 +76,15 @@ def rounds(
         if swaying:
             fitted = swaying
             continue
+        if turn.taken is None and again < LOOKS_AGAIN and (nearer := _nearer(fitted, turn.base)) is not fitted:
+            turns.append(turn)
+            fitted, again = nearer, again + 1
+            continue
         new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
         turns += new
         taken = new[-1].taken
-        if len(fitted.solution.structure.actives) >= MOST_EFFECTS:
+        if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return _nearer(fitted, turn.base)
-        if taken is None:
-            nearer, again = _nearer(fitted, turn.base), again + 1
-            if nearer is fitted or again > LOOKS_AGAIN:
-                return nearer
-            fitted = nearer
-            continue
         pace(f"taken: {taken.label}")
         fitted = _after(taken)
     return fitted
