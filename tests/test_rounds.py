@@ -1,0 +1,150 @@
+"""What a round does where nothing is taken: looks at more, looks again, or lets waves be known first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import pytest
+
+from identify.fitted import FAR, NEAR
+from validate import loop
+from validate import rounds as module
+from validate.pace import Pace
+from validate.rounds import Turn, rounds
+
+
+def fit(chi2, name="fit", swell=None, actives=(), length=30.0, off=True):
+    return SimpleNamespace(
+        name=name, chi2_per_dof=chi2, is_off=off, is_far=chi2 > FAR,
+        problem=SimpleNamespace(swell=swell, length=length),
+        solution=SimpleNamespace(
+            structure=SimpleNamespace(actives=actives, vessel=SimpleNamespace(length=2.0))
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What rounds read of a refit."""
+
+    label: str
+    fitted: SimpleNamespace
+    p_value: float = 1.0
+    evidence: float = 1.0
+
+
+@pytest.fixture
+def play(monkeypatch):
+    """Stands in for what rounds call, by name."""
+
+    def stubs(**named):
+        for name, stub in named.items():
+            monkeypatch.setattr(module, name, stub)
+
+    stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
+    stubs(_in_pairs=lambda turn, *_: [turn])
+    return stubs
+
+
+@pytest.mark.parametrize(
+    ("chi2", "astray", "looks"), [(1.5, False, [False, True]), (1.5, True, [False]), (1.1, False, [False])]
+)
+def test_off_the_noise_every_effect_is_refitted_before_it_is_believed_that_none_is_worth_it(
+    play, chi2, astray, looks
+):
+    """A clock of the inputs that is a second late promises little to first order, and explains all."""
+    seen = []
+
+    def turn(fitted, _pace, _barred, thorough=False):
+        seen.append(thorough)
+        return Turn(fitted, (), (), None)
+
+    play(_turn=turn, astray=lambda _: astray)
+    begin = fit(chi2)
+    assert rounds(begin, [], Pace()) is begin
+    assert seen == looks
+
+
+def test_what_a_thorough_look_finds_is_taken(play):
+    clock, end = Judged("clock_offset (inputs)", fit(1.0)), fit(1.0, "with it")
+
+    def turn(fitted, _pace, _barred, thorough=False):
+        return Turn(fitted, (), (clock,), clock if thorough and fitted is begin else None)
+
+    begin, turns = fit(1.5), []
+    play(_turn=turn, _after=lambda taken: end)
+    assert rounds(begin, turns, Pace()) is end
+    assert [t.taken for t in turns] == [clock, None]
+
+
+@pytest.mark.parametrize(
+    ("swings", "off", "seen", "waits"),
+    [(True, True, True, True), (True, True, False, False), (True, False, True, False), (False, True, True, False)],
+)  # fmt: skip
+def test_waves_that_show_are_known_before_a_roll_that_does_not_come_to_the_noise_is_taken(
+    monkeypatch, swings, off, seen, waits
+):
+    """Over short windows hardly any damping lets a roll follow whatever waves there are."""
+    known = fit(1.0, swell="waves" if seen else None)
+    monkeypatch.setattr(module, "swings", lambda _: swings)
+    monkeypatch.setattr(module, "with_waves_known", lambda _: known)
+    taken = Judged("roll_coupling", fit(2.0, off=off))
+    begin = fit(4.0)
+    assert module._in_waves(begin, Turn(begin, (), (taken,), taken)) is (known if waits else None)
+    assert module._in_waves(fit(4.0, swell="waves"), Turn(begin, (), (taken,), taken)) is None
+    assert module._in_waves(begin, Turn(begin, (), (), None)) is None
+
+
+@pytest.mark.parametrize("settles", [1.0, 2.0])
+def test_what_is_sure_but_runs_away_as_the_model_did_is_worth_it_once_begun_anew(monkeypatch, settles):
+    """A rich model with a rudder's play runs away from where it was without; begun anew with it, it does not."""
+    base, first = fit(1.5), fit(settles, "anew")
+    play_of_rudder = Judged("actuator_deadband", fit(1.4), p_value=1e-9)
+    for name, stub in {
+        "consistent": lambda *_: True, "at_bound": lambda _: False, "settled": lambda _: first,
+        "worthwhile": lambda _, found: found is first, "_turn": lambda fitted, *_: Turn(fitted, (), (), None),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(module, name, stub)
+    turns = module._in_pairs(Turn(base, (), (play_of_rudder,), None), Pace())
+    taken = [t.taken for t in turns if t.taken]
+    assert [t.fitted for t in taken] == ([first] if settles < NEAR else [])
+
+
+def test_a_nearer_fit_that_was_found_on_the_way_is_looked_from_before_pairs_are(play):
+    steps = [fit(9.0), fit(6.0), fit(5.0), fit(4.0)]
+    done = []
+
+    def turn(fitted, *_, **__):
+        done.append(f"look at {fitted.chi2_per_dof:g}")
+        return Turn(fitted, (), (), None)
+
+    def pairs(turn, *_):
+        done.append("pairs")
+        return [turn]
+
+    play(
+        _turn=turn, _in_pairs=pairs, astray=lambda _: True,
+        _nearer=lambda fitted, _: steps[min(steps.index(fitted) + 1, 3)],
+    )  # fmt: skip
+    assert rounds(steps[0], [], Pace()) is steps[3]
+    assert done == ["look at 9", "look at 6", "look at 5", "pairs"]
+
+
+@pytest.mark.parametrize(("chi2", "taken", "lengths"), [
+    (9.0, False, [40.0]), (9.0, True, [20.0, 40.0]), (1.5, False, [20.0, 40.0]),
+])  # fmt: skip
+def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_windows(
+    monkeypatch, chi2, taken, lengths
+):
+    looked = []
+    for name, stub in {
+        "window_length": lambda _: 40.0, "refined": lambda _, length: fit(chi2, length=length),
+        "at_likeliest_speed": lambda f: f, "with_waves_known": lambda f: f,
+        "rounds": lambda f, *_: looked.append(f.problem.length) or f,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(loop, name, stub)
+    turns = [Turn(fit(chi2), (), (), Judged("current", fit(chi2)) if taken else None)]
+    found = loop._lengthened(fit(chi2, length=10.0), turns, Pace(), frozenset())
+    assert looked == lengths
+    assert found.problem.length == 40.0
