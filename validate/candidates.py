@@ -23,6 +23,8 @@ from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+#: What the accelerations gain by a candidate, and the parameters that they want.
+Wanted = tuple[float, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Screened:
     p: FloatArray
     unmoved: FloatArray
     gain: float
-    wanted: tuple[float, FloatArray] | None = None
+    wanted: Wanted | None = None
 
 
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:

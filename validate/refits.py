@@ -36,6 +36,8 @@ STRAYS = 3.0
 #: So many candidates are refitted to the end, and so many of those that promised most; the others are left after a few
 #: steps, in which one that began far from the base's own optimum may not have caught up.
 RUNNERS, PROMISING = 4, 4
+#: More than so many are first refitted over part of the windows.
+MANY = 10
 #: So many of the candidates that promise most are begun before the others.
 FIRST = 10
 #: Steps in which forces are found for a wind or a roll that stays as it was looked at.
@@ -78,7 +80,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
         )
         ways.append((forced.p, forced.first))
     moved = min((search(p, x, budget=0) for p, x in ways), key=total)
-    if converges(fitted) and not swings(structure):
+    if converges(fitted) and not swings(structure) and screened.wanted is None:
         return went_on(Fitted(problem, prior, moved), 20, target)
     anew = search(*_other_start(structure, screened, fitted), budget=20 if swings(structure) else 2)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
@@ -141,7 +143,7 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
     """
-    few = len(finalists) <= RUNNERS + PROMISING
+    few = len(finalists) <= MANY
     if converges(base) or (few and base.chi2_per_dof < FAR):
         return _alive(base, _nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}

@@ -12,7 +12,7 @@ from identify.ridge import with_likeliest_ridge
 from identify.structure import effects_alone
 from identify.taken_order import in_order_taken
 from preprocess.cores import side_by_side
-from validate.candidates import Screened, candidates, screen
+from validate.candidates import Screened, Wanted, candidates, screen
 from validate.consistency import consistent
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, worthwhile
@@ -27,6 +27,8 @@ Names = frozenset[str]
 NONE: Names = frozenset()
 #: Candidates that are refitted in each round.
 FINALISTS = 8
+#: Off the noise so many are refitted besides that promise little, if the accelerations want them by this much.
+WANTED, MUCH = 2, 2.0 * WORTH
 #: No campaign lacks more than this many effects that can be found, terms of a model that is too simple among them.
 MOST_EFFECTS = 6
 #: At so many inputs one effect is looked at through the accelerations.
@@ -76,7 +78,11 @@ def rounds(
         if swaying:
             fitted = swaying
             continue
-        if turn.taken is None and again < LOOKS_AGAIN and (nearer := _nearer(fitted, turn.base)) is not fitted:
+        if (
+            turn.taken is None
+            and again < LOOKS_AGAIN
+            and (nearer := _nearer(fitted, turn.base)) is not fitted
+        ):
             turns.append(turn)
             fitted, again = nearer, again + 1
             continue
@@ -198,9 +204,14 @@ def _only_together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
 
 
 def _finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[Screened]:
-    """The most promising; where a first order tells little, the best of every effect and form."""
+    """The most promising; where a first order tells little, the best of every effect and form.
+
+    Off the noise also what the accelerations want most of the others: where what was taken makes up for them, no step
+    from there shows what they are worth.
+    """
     if not (thorough or astray(fitted)):
-        return [s for s in screened[:FINALISTS] if s.gain > 8.0]
+        first = [s for s in screened[:FINALISTS] if s.gain > 8.0]
+        return [*first, *_wanted(fitted, screened[len(first) :])] if fitted.chi2_per_dof > NEAR else first
     kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
     forms: dict[tuple[str, str, str], list[Screened]] = {}
     for candidate in screened:
@@ -210,6 +221,27 @@ def _finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list
     return [s for alike in likely for s in alike]
 
 
+def _wanted(fitted: Fitted, others: Sequence[Screened]) -> list[Screened]:
+    """Those that the accelerations want most, if clearly."""
+    clearly = [s for s in _asked(fitted, others) if _gain(s) > MUCH]
+    return sorted(clearly, key=_gain, reverse=True)[:WANTED]
+
+
+def _asked(fitted: Fitted, screened: Sequence[Screened]) -> list[Screened]:
+    """Candidates with what the accelerations gain by them, and where."""
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+
+    def wanted(s: Screened) -> Wanted:
+        return gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)
+
+    return [replace(s, wanted=w) for s, w in zip(screened, side_by_side(wanted, screened), strict=True)]
+
+
+def _gain(screened: Screened) -> float:
+    """What the accelerations gain by a candidate that they were asked about, if anything."""
+    return max(0.0, screened.wanted[0]) if screened.wanted else 0.0
+
+
 def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
     """Of one effect at many like inputs that which the accelerations want most; where they do not tell, the first two.
 
@@ -217,15 +249,9 @@ def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
     """
     if len(alike) <= UNDECIDED:
         return alike
-    structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    asked = [
-        (s, gain_and_value(structure.with_effect(s.active), stretches, s.unmoved))
-        for s in alike[:MOST_INPUTS]
-    ]
-    most = max(0.0, *(gain for _, (gain, _) in asked))
-    return [replace(s, wanted=wanted) for s, wanted in asked if max(0.0, wanted[0]) >= most - WORTH][
-        :UNDECIDED
-    ]
+    asked = _asked(fitted, alike[:MOST_INPUTS])
+    most = max(map(_gain, asked))
+    return [s for s in asked if _gain(s) >= most - WORTH][:UNDECIDED]
 
 
 def astray(fitted: Fitted) -> bool:

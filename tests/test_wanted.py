@@ -1,0 +1,32 @@
+"""What the accelerations want is refitted, though no step from a fit that makes up for it promises anything."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from identify.fitted import NEAR
+from validate import rounds as module
+from validate.candidates import Screened
+from validate.rounds import MUCH, WANTED, _finalists
+
+GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * MUCH}
+
+
+@pytest.mark.parametrize("chi2", [1.1, 1.25])
+def test_off_the_noise_those_that_the_accelerations_want_most_are_refitted_besides(monkeypatch, chi2):
+    nothing = np.zeros(1)
+    first = Screened(SimpleNamespace(label="antenna"), nothing, nothing, 3000.0)
+    others = [Screened(SimpleNamespace(label=name), nothing, nothing, -5000.0) for name in GAINS]
+    fitted = SimpleNamespace(
+        chi2_per_dof=chi2, problem=SimpleNamespace(stretches=()),
+        solution=SimpleNamespace(structure=SimpleNamespace(with_effect=lambda active: active)),
+    )  # fmt: skip
+    monkeypatch.setattr(module, "astray", lambda _: False)
+    monkeypatch.setattr(module, "gain_and_value", lambda active, *_: (GAINS[active.label], nothing))
+    found = _finalists(fitted, [first, *others], thorough=False)
+    besides = ["asymmetry", "clock"][:WANTED] if chi2 > NEAR else []
+    assert [s.active.label for s in found] == ["antenna", *besides]
+    assert [s.wanted is not None for s in found] == [False] + [True] * len(besides)
