@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.acting import lead_slot
 from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
@@ -214,7 +215,17 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
     if active.effect.stepwise and active.effect.stepwise(active.variant.options):
         sizes = sizes_of(fitted.problem.stretches, str(active.variant.input))
         starts += [{mine[0].name: size} for size in between(sizes)]
-    return starts
+    return starts + _as_far_ahead(fitted, wide)
+
+
+def _as_far_ahead(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
+    """Where inputs that may all be late are as far ahead of their logs as the fit found them, without saying so."""
+    structure, late = fitted.solution.structure, wide.actives[-1].effect
+    lead, [known, *_] = lead_slot(structure), structure.input_lead or (0.0,)
+    if lead is None or lead_slot(wide) is not None or not late.input_delay:
+        return []
+    name = late.parameters[0].name
+    return [{name: (known - fitted.solution.p[lead]) / late.input_delay({name: 1.0})}]
 
 
 def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: float) -> Screened:
@@ -233,6 +244,6 @@ def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: fl
 
 def _best_cost(fitted: Fitted) -> float:
     """Cost without a candidate after a step of the same kind: on part of the windows a fit is not at its best."""
-    information, score, cost = normal(fitted, fitted.solution.structure, fitted.solution.p)
-    everything = np.arange(len(score))
-    return cost - _schur_gain(information, score, everything[:0], everything)[0]
+    structure, p = fitted.solution.structure, fitted.solution.p
+    information, score, cost = normal(fitted, structure, p)
+    return cost - _gain_within(structure, information, score, p)[0]

@@ -18,7 +18,7 @@ from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import swings, under
-from validate.scan import WORTH, gain_and_value
+from validate.scan import gain_and_value
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
 
@@ -28,11 +28,11 @@ NONE: Names = frozenset()
 #: Candidates that are refitted in each round.
 FINALISTS = 8
 #: Off the noise so many are refitted besides that promise little, if the accelerations want them by this much.
-WANTED, MUCH = 2, 2.0 * WORTH
+WANTED, MUCH = 2, 0.1
 #: No campaign lacks more than this many effects that can be found, terms of a model that is too simple among them.
 MOST_EFFECTS = 6
-#: At so many inputs one effect is looked at through the accelerations.
-MOST_INPUTS = 6
+#: At so many inputs one effect is looked at through the accelerations, which do not tell gains apart that are so near.
+MOST_INPUTS, ALIKE = 6, 0.05
 #: ... and so many are tried where these do not tell them apart, or where there are no more.
 UNDECIDED = 2
 #: A fit that is found on the way is gone on with below this share of the other's cost per degree of freedom.
@@ -251,7 +251,7 @@ def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
         return alike
     asked = _asked(fitted, alike[:MOST_INPUTS])
     most = max(map(_gain, asked))
-    return [s for s in asked if _gain(s) >= most - WORTH][:UNDECIDED]
+    return [s for s in asked if _gain(s) >= most - ALIKE][:UNDECIDED]
 
 
 def astray(fitted: Fitted) -> bool:
