@@ -84,6 +84,11 @@ class Setting:
         """Names of the inputs of these kinds."""
         return tuple(i.name for i in self.inputs if i.kind in kinds)
 
+    @property
+    def depths_tell(self) -> bool:
+        """Whether declared depths say in which logs the water is shallower than in others."""
+        return len({d for d in self.depths if d is not None}) > 1
+
     def lacks(self, dof: str, *texts: str) -> bool:
         """True where the model has none of these terms in the equation of ``dof``."""
         return not any(t.dof == dof and t.text in texts for t in self.terms)

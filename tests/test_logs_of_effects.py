@@ -22,7 +22,7 @@ from identify.structure import null_parameters
 from identify.windows import cut
 from validate.exchange import in_likeliest_form
 from validate.judgement import INDISTINCT
-from validate.log_groups import in_likeliest_logs
+from validate.log_groups import free_in_logs, in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing
 from validate.loop import Outcome
@@ -156,3 +156,15 @@ def test_what_is_told_of_the_odd_log_is_no_look_alike_of_itself():
     told = told_of_the_odd_logs(replace(outcome, standing=(alike,)))
     assert told.standing[0].active.label == odd
     assert told.standing[0].look_alikes == ("thrust_fade",)
+
+
+@pytest.mark.parametrize(
+    ("depths", "free"), [((None,) * 4, True), ((20.0,) * 4, True), ((20.0, 20.0, 3.0, None), False)]
+)
+def test_a_depth_that_is_the_same_for_all_logs_says_nothing_of_where_the_water_is_shallow(depths, free):
+    structure = loaded_in("log0").structure
+    setting = replace(structure.setting, depths=depths)
+    structure = replace(structure, setting=setting)
+    ways = SHALLOW_WATER.variants(setting)
+    assert len(ways) == (len(setting.identify_logs) if free else 1)
+    assert free_in_logs(Active(SHALLOW_WATER, ways[0]), structure) is free

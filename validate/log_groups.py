@@ -24,7 +24,7 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
 
     Candidates are the later logs, or one alone; from the best of these one log after the other is let in, or out, as
     long as that lowers the cost by more than ``clearly``, far from the noise by a share of it. Effects that are in all
-    logs, or where depths were declared, stay as they are.
+    logs, or where declared depths tell, stay as they are.
     """
     structure = fitted.solution.structure
     if not structure.actives or not free_in_logs(structure.actives[-1], structure):
@@ -62,7 +62,7 @@ def free_in_logs(active: Active, structure: Structure) -> bool:
     """Whether an effect is in some logs, and nothing that was declared says in which."""
     if not isinstance(active.variant.options.get("logs"), tuple):
         return False
-    return active.effect is not SHALLOW_WATER or all(d is None for d in structure.setting.depths)
+    return active.effect is not SHALLOW_WATER or not structure.setting.depths_tell
 
 
 def in_logs(fitted: Fitted, index: int, logs: set[str]) -> Fitted:

@@ -56,6 +56,8 @@ def _as_it_says(fitted: Fitted, index: int, name: str, stretches: Sequence[Stret
 
 
 def _depth_known(fitted: Fitted, name: str) -> bool:
-    """Whether a log's depth was declared."""
+    """Whether a log's depth was declared, and those of the logs tell them apart."""
     setting = fitted.solution.structure.setting
-    return any(n == name and d is not None for n, d in zip(setting.logs, setting.depths, strict=False))
+    return setting.depths_tell and any(
+        n == name and d is not None for n, d in zip(setting.logs, setting.depths, strict=False)
+    )

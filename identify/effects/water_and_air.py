@@ -75,9 +75,8 @@ WIND_UNSEEN = Effect(
 
 
 def _shallow(setting: Setting) -> list[Variant]:
-    depths = [d for d in setting.depths if d is not None]
-    if len(set(depths)) > 1:
-        deepest = max(depths)
+    if setting.depths_tell:
+        deepest = max(d for d in setting.depths if d is not None)
         shallow = [
             n for n, d in zip(setting.logs, setting.depths, strict=True) if d is not None and d < deepest
         ]

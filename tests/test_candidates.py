@@ -1,0 +1,35 @@
+"""A look at a candidate begins where the fit without it is, and credits that fit with no more than it could have."""
+
+from __future__ import annotations
+
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.acting import lead_slot
+from identify.base_fit import fit_from_scratch
+from identify.prepare import prepare
+from validate.candidates import candidates, screen
+
+
+def late(offset):
+    """A fit of logs whose inputs are all late by a part of a second, with its clock as a candidate."""
+    effect = Effect("clock_offset", {"offset": offset}, None, {"stream": "inputs"})
+    ship, trials = trials_of("usv", ("random", "zigzag", "random"), 60.0, 5, (effect,))
+    ready = prepare(trials, ship.model)
+    fitted = fit_from_scratch(ready.structure, ready.identify)
+    clock = [a for a in candidates(ready.structure) if a.label == "clock_offset (inputs)"]
+    return fitted, clock
+
+
+@pytest.mark.parametrize(("offset", "promises"), [(0.15, True), (0.08, False)])
+def test_a_clock_a_little_late_is_looked_at_from_where_the_inputs_are_ahead_already(offset, promises):
+    """The lead that a log's interval allows takes what it can; from nothing no step leads to the rest."""
+    fitted, clock = late(offset)
+    structure = fitted.solution.structure
+    lead = lead_slot(structure)
+    high = structure.slots[lead].parameter.bounds[1]
+    assert (fitted.solution.p[lead] > 0.99 * high) is promises
+    (seen,) = screen(fitted, clock)
+    assert (seen.gain > 8.0) is promises
+    assert not promises or seen.p[-1] == pytest.approx(offset - structure.input_lead[0], abs=0.01)
