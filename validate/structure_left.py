@@ -131,7 +131,8 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
     measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left. Where
-    they are far from the noise they are no noise, and what whole logs are off by counts too.
+    they are far from the noise, and from what the inputs hide, they are neither, and what whole logs are off by counts
+    too.
     """
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))
@@ -152,7 +153,7 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     }
     known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
     share = left * known
-    if fitted.chi2_per_dof > FAR:
+    if (fitted if seen.problem.unlogged is None else seen).chi2_per_dof > FAR:
         whole = over_whole_logs(seen, fitted.problem.stretches, spread)
         share = np.maximum(share, [whole[c] for c in "uvr"])
     predicts = fitted.solution.structure.model.predicts
