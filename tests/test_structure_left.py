@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identification_samples import trials_of
@@ -15,6 +17,7 @@ from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from validate.advice import idle_inputs
 from validate.other_logs import on_other_logs, with_other_logs
+from validate.refits import under
 from validate.structure_left import ahead, over_whole_logs, seconds_ahead, spread_of, structured_share
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
@@ -88,6 +91,18 @@ def test_orders_that_come_between_samples_leave_nothing_to_explain_ahead_of_shor
     assert sum(w.steps for w in windows) == sum(w.steps for w in fitted.problem.windows)
     assert len(windows) < len(fitted.problem.windows)
     assert max(structured_share(fitted).values()) < 0.05
+
+
+def test_logs_a_little_off_the_noise_are_not_far_from_what_their_inputs_hide():
+    """What the inputs hide adds up over whole logs, and is nothing that a model lacks."""
+    suite = Suite(input_rate=4.0, helm_rate=10.0)
+    _, trials = trials_of("raft", ("random", "zigzag", "zigzag10"), 90.0, 5, (), suite=suite)
+    prepared = prepare(trials, "linear")
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    stretches = tuple(s.weighted(0.8 * s.samples.sigma) for s in fitted.problem.stretches)
+    fitted = under(replace(fitted.problem, stretches=stretches), fitted)
+    assert NEAR < fitted.chi2_per_dof < FAR < ahead(fitted).chi2_per_dof
+    assert max(structured_share(fitted).values()) < 0.1  # more would be material
 
 
 @pytest.mark.parametrize("length, seconds", [(1.2, 30.0), (7.0, 30.0), (112.0, 120.0), (300.0, 150.0)])
