@@ -132,7 +132,7 @@ def test_a_nearer_fit_that_was_found_on_the_way_is_looked_from_before_pairs_are(
 
 
 @pytest.mark.parametrize(("chi2", "taken", "lengths"), [
-    (9.0, False, [40.0]), (9.0, True, [20.0, 40.0]), (1.5, False, [20.0, 40.0]),
+    (9.0, False, [40.0]), (90.0, False, [20.0]), (9.0, True, [20.0, 40.0]), (1.5, False, [20.0, 40.0]),
 ])  # fmt: skip
 def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_windows(
     monkeypatch, chi2, taken, lengths
@@ -145,6 +145,6 @@ def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_w
     }.items():  # fmt: skip
         monkeypatch.setattr(loop, name, stub)
     turns = [Turn(fit(chi2), (), (), Judged("current", fit(chi2)) if taken else None)]
-    found = loop._lengthened(fit(chi2, length=10.0), turns, Pace(), frozenset())
+    found = loop._lengthened(fit(min(chi2, 9.0), length=10.0), turns, Pace(), frozenset())
     assert looked == lengths
-    assert found.problem.length == 40.0
+    assert found.problem.length == lengths[-1]

@@ -211,14 +211,15 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round.
 
-    Waves show in long ones. Where nothing is left to take and the fit stays far off, the next look is in the longest.
+    Waves show in long ones. Where nothing is left to take and the fit stays far off, the next look is in the longest, or
+    in the first that throw it farther off still.
     """
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         stuck = fitted.is_far and bool(turns) and turns[-1].taken is None
         length = min(2.0 * length, longest)
         fitted = with_waves_known(at_likeliest_speed(refined(fitted, length)))
-        if length == longest or not stuck:
+        if length == longest or not stuck or fitted.chi2_per_dof >= HOPELESSLY_FAR:
             fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, barred)
     return fitted
 
