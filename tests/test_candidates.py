@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from identification_samples import trials_of
 
@@ -9,7 +11,8 @@ from fixtures.effects import Effect
 from identify.acting import lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.prepare import prepare
-from validate.candidates import candidates, screen
+from identify.structure import null_parameters
+from validate.candidates import _as_far_ahead, candidates, screen
 
 
 def late(offset):
@@ -33,3 +36,16 @@ def test_a_clock_a_little_late_is_looked_at_from_where_the_inputs_are_ahead_alre
     (seen,) = screen(fitted, clock)
     assert bool(seen.gain > 8.0) is promises
     assert not promises or seen.p[-1] == pytest.approx(offset - structure.input_lead[0], abs=0.01)
+
+
+def test_no_actuator_is_begun_before_its_order():
+    """Where the last input may be late, too, what they were ahead by would be a delay of less than nothing."""
+    ship, trials = trials_of("usv", ("random", "zigzag"), 30.0, 5, ())
+    bare = prepare(trials, ship.model).structure
+    first, *_, last = [a for a in candidates(bare) if a.effect.name == "actuator_delay"]
+    structure = bare.with_effect(first)
+    p = null_parameters(structure)
+    p[lead_slot(structure)] = structure.input_lead[0] + 0.05
+    fitted = SimpleNamespace(solution=SimpleNamespace(structure=structure, p=p))
+    assert _as_far_ahead(fitted, structure.with_effect(last)) == [{"delay": 0.0}]
+    assert _as_far_ahead(fitted, structure) == []

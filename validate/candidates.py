@@ -221,11 +221,12 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
 def _as_far_ahead(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
     """Where inputs that may all be late are as far ahead of their logs as the fit found them, without saying so."""
     structure, late = fitted.solution.structure, wide.actives[-1].effect
-    lead, [known, *_] = lead_slot(structure), structure.input_lead or (0.0,)
-    if lead is None or lead_slot(wide) is not None or not late.input_delay:
+    lead, known = lead_slot(structure), structure.input_lead
+    if lead is None or known is None or lead_slot(wide) is not None or not late.input_delay:
         return []
-    name = late.parameters[0].name
-    return [{name: (known - fitted.solution.p[lead]) / late.input_delay({name: 1.0})}]
+    own = late.parameters[0]
+    value = (known[0] - fitted.solution.p[lead]) / late.input_delay({own.name: 1.0})
+    return [{own.name: float(np.clip(value, *own.bounds))}]
 
 
 def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: float) -> Screened:

@@ -37,8 +37,8 @@ FINE, SLOPE = 5, 1.0
 #: ... at every second step, or third, or so, that leaves so many of all logs together: smooth motion says the same in
 #: those between them.
 ROWS = 2000
-#: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added): some times
-#: what the best of so many values gains by chance over ten minutes of slopes.
+#: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added): a
+#: dead band that few samples pass gains hardly more.
 WORTH = 0.02
 
 

@@ -20,10 +20,10 @@ from validate.peaks import LEAST_CYCLES
 from validate.refits import under
 from validate.waves import perhaps_waves, waves_of
 
-#: A fit under new weights is refitted so many times.
-ROUNDS = 3
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A fit under new weights is refitted so many times.
+ROUNDS = 3
 #: Shares of a resonance's skirt that are tried, and how many times as wide a band as was seen ...
 SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
 #: ... in about so many windows.
