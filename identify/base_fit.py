@@ -241,10 +241,14 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
 
 def free_running_misfit(fitted: Fitted) -> float:
     """Mean squared free-running error of u, v, r, each in units of its spread in its own stretch, summed."""
+    return float(free_running_errors(fitted).sum())
+
+
+def free_running_errors(fitted: Fitted) -> FloatArray:
+    """Mean squared free-running error (3,) of u, v, r, each in units of its spread in its own stretch."""
     stretches, structure = fitted.problem.stretches, fitted.solution.structure
-    spread = spreads(stretches)
-    total, steps = 0.0, 0
-    for s, scale in zip(stretches, spread, strict=True):
-        total += float(np.sum(relative_errors(structure, fitted.solution.p, s, scale) ** 2))
-        steps += s.steps + 1
-    return total / steps
+    every = [
+        np.sum(relative_errors(structure, fitted.solution.p, s, scale) ** 2, axis=0)
+        for s, scale in zip(stretches, spreads(stretches), strict=True)
+    ]
+    return np.asarray(np.sum(every, axis=0) / sum(s.steps + 1 for s in stretches), dtype=float)

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import free_running_misfit
+from identify.base_fit import free_running_errors
 from identify.disturbance import deviance, with_disturbances
 from identify.first_states import first_states
 from identify.fitted import Fitted
@@ -32,9 +32,9 @@ from validate.refits import step_tolerance
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
-#: An effect without which free runs are worse by less than this share needs evidence beyond doubt.
+#: An effect without which no channel of free runs is worse by this share needs evidence beyond doubt.
 MATERIAL = 0.1
-#: ... or by less than this, as a root mean square of u, v and r in units of their spread.
+#: ... or those that are by less than this, as a root mean square of u, v and r in units of their spread.
 LITTLE = 0.02
 #: Evidence that needs no second look.
 OVERWHELMING = 1000.0
@@ -80,9 +80,13 @@ def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
 
 
 def _immaterial(fitted: Fitted, without: Fitted) -> bool:
-    """Whether free runs of the logs are hardly worse without an effect: what models leave out may look like it."""
-    here, there = (free_running_misfit(f) for f in (fitted, without))
-    return there < (1.0 + MATERIAL) ** 2 * here or there - here < LITTLE**2
+    """Whether free runs of the logs are hardly worse without an effect: what models leave out may look like it.
+
+    What turns a vessel shows in its yaw rate, however little is known of its speed.
+    """
+    here, there = (free_running_errors(f) for f in (fitted, without))
+    worse = there >= (1.0 + MATERIAL) ** 2 * here
+    return float((there - here)[worse].sum()) < LITTLE**2
 
 
 def _by_chance(fitted: Fitted, index: int) -> float:
