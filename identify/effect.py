@@ -59,11 +59,15 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Loading:
-    """Factors on the coefficients of inertial terms (Coriolis), on all others, and on the hull's once more."""
+    """Factors on the coefficients of inertial terms (Coriolis), on all others, and on the hull's once more.
+
+    ``added`` is the factor on what other effects add; as on all others where nothing is said.
+    """
 
     inertial: float = 1.0
     others: float = 1.0
     hull: float = 1.0
+    added: float | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from identify.effect import Loading
     from identify.structure import Structure
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -23,7 +24,8 @@ class Layout:
     simple parameter is; ``given`` (c,) coefficients that the model itself gives (0 elsewhere); per active effect
     ``free`` those of its own that are free, ``fixed`` the first of those that follow from its parameters;
     ``by_equation`` of u, v, r the places of the simple parameters in it, and of their coefficients. ``vessel``,
-    ``inertial``, ``hull`` (c,): terms in the vessel's own equations, and of these those of its mass, and of its hull.
+    ``inertial``, ``hull``, ``added`` (c,): terms in the vessel's own equations, and of these those of its mass, of its
+    hull, and of what effects add.
     """
 
     named: tuple[tuple[tuple[str, int], ...], ...]
@@ -35,6 +37,15 @@ class Layout:
     vessel: BoolArray
     inertial: BoolArray
     hull: BoolArray
+    added: BoolArray
+
+    def factors(self, by: Loading) -> FloatArray:
+        """Factor (c,) that a loading puts on each coefficient."""
+        out = np.where(self.inertial, by.inertial, np.where(self.vessel, by.others, 1.0))
+        out[self.hull] *= by.hull
+        if by.added is not None:
+            out[self.added] = by.added
+        return out
 
 
 def layout_of(structure: Structure) -> Layout:
@@ -64,4 +75,5 @@ def layout_of(structure: Structure) -> Layout:
         vessel,
         vessel & (role == "inertial"),
         vessel & (role == "hull"),
+        vessel & (np.arange(len(terms)) >= own + len(structure.model.fixed)),
     )

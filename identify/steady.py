@@ -127,10 +127,7 @@ def _loading(structure: Structure, values: Values, log: str) -> FloatArray:
         if not _loads(active, log):
             factor[own] = 0.0
             continue
-        by = active.effect.loading(v, active.variant.options)
-        factor[layout.inertial] *= by.inertial
-        factor[layout.vessel & ~layout.inertial] *= by.others
-        factor[layout.hull] *= by.hull
+        factor *= layout.factors(active.effect.loading(v, active.variant.options))
     return factor
 
 

@@ -13,6 +13,7 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.drive import drive
 from identify.effect import Active, Variant
+from identify.effects.hull import PORT_STARBOARD_ASYMMETRY
 from identify.effects.sensors import CLOCK_OFFSET_INPUTS, MASS_CHANGE
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.fitted import FAR
@@ -88,6 +89,22 @@ def test_an_unseen_log_says_itself_whether_the_vessel_was_loaded(said):
 def test_coriolis_terms_stay_where_the_measurements_say_so(form):
     fitted = fitted_with(loaded_in(1, 3), 1, **form).fitted
     assert "form" not in in_likeliest_form(fitted).solution.structure.actives[0].variant.options
+
+
+@pytest.mark.parametrize(("times", "form"), [(1.0, None), (1.5, "apart")])
+def test_what_another_effect_adds_goes_with_a_load_unless_the_measurements_say_otherwise(times, form):
+    """A push that is 1.5 times as strong where the vessel is 1.5 times as heavy accelerates it as before."""
+    sizes = {"sway": 0.05, "yaw": 0.06}
+    truth = [Effect("mass_change", {"ratio": 1.5}, options={"logs": (1, 3)})]
+    for logs, by in (((0, 2), 1.0), ((1, 3), times)):
+        there = {name: by * value for name, value in sizes.items()}
+        truth.append(Effect("port_starboard_asymmetry", there, options={"logs": logs}))
+    _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, tuple(truth), validate=0)
+    prepared = prepare(trials, "modulus")
+    pushed = prepared.structure.with_effect(Active(PORT_STARBOARD_ASYMMETRY, Variant()))
+    found = in_likeliest_form(fitted_with(replace(prepared, structure=pushed), 1, 3).fitted).solution
+    assert found.structure.actives[1].variant.options.get("form") == form
+    assert found.structure.values(found.p, 1)["ratio"] == pytest.approx(1.5, abs=0.03)
 
 
 def test_shallow_water_has_coriolis_terms_grow_where_the_measurements_say_so():

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from identify.effect import Active
 from identify.effects.sensors import MASS_CHANGE, loading_of
 from identify.fitted import Fitted
@@ -71,8 +69,7 @@ def _of_the_others(fitted: Fitted, index: int, logs: set[str], ratio: float) -> 
     structure, p = there.solution.structure, fitted.solution.p.copy()
     active, layout = structure.actives[index], structure.layout
     by = loading_of({"ratio": ratio}, active.variant.options)
-    factor = np.where(layout.inertial, by.inertial, np.where(layout.vessel, by.others, 1.0))
-    p[structure.simple] *= factor[layout.plain]
+    p[structure.simple] *= layout.factors(by)[layout.plain]
     (own,) = (k for k, s in enumerate(structure.slots) if s.effect == index)
     p[own] = 1.0 / ratio
     begun = replace(there, solution=replace(there.solution, p=p))

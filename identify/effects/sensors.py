@@ -99,19 +99,24 @@ def _other_load(setting: Setting) -> list[Variant]:
 
 
 def loading_of(values: Values, options: Mapping[str, object]) -> Loading:
-    """Coriolis terms are inertial themselves, and stay; in the whole form the model's terms are forces, all of them."""
-    others = 1.0 / values["ratio"]
-    return Loading(inertial=others if options.get("form") == "whole" else 1.0, others=others)
+    """Coriolis terms are inertial themselves, and stay; in the whole form the model's terms are forces, all of them.
+
+    What other effects add is a force as well, or, in the apart forms, an acceleration that no load changes.
+    """
+    others, form = 1.0 / values["ratio"], str(options.get("form", ""))
+    inertial, added = others if "whole" in form else 1.0, 1.0 if "apart" in form else None
+    return Loading(inertial=inertial, others=others, added=added)
 
 
 MASS_CHANGE = Effect(
     "mass_change", "loading",
-    "u̇, v̇, ṙ × 1/ratio in the logs named, less Coriolis terms or (form whole) with them",
+    "u̇, v̇, ṙ × 1/ratio in the logs named, less Coriolis terms or (form whole) with them; what other effects add "
+    "goes with it, or (forms apart, whole apart) stays",
     "The vessel was heavier or lighter in some of the logs.",
     "Load, fuel, flooding; draught marks before each run.",
     "Fossen 2011, sec. 3.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.1, 10.0), null=1.0),),
     loading=loading_of,
-    forms=read_as("whole"),
+    forms=read_as("whole", "apart", "whole apart"),
     variants=_other_load,
 )  # fmt: skip

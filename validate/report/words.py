@@ -193,7 +193,12 @@ def wiring_words(effect: FittedEffect) -> str:
 
 
 #: Forms of effects that their names do not tell.
-_FORMS = {"whole": ", Coriolis terms too,", "coupled": ", Coriolis terms in part,"}
+_FORMS = {
+    "whole": ", Coriolis terms too,",
+    "coupled": ", Coriolis terms in part,",
+    "apart": ", what other effects add left as it is,",
+    "whole apart": ", Coriolis terms too, what other effects add left as it is,",
+}
 
 
 def option_words(effect: FittedEffect) -> str:
