@@ -97,20 +97,26 @@ def choose_model(trials: Sequence[Trial], seed: int = 0) -> tuple[str, tuple[Con
     """
     del seed
     choice = considered(trials)
+    if choice.far:
+        choice = by_whole_logs(trials, choice)
     return choice.name, choice.table
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which model was chosen, and what of: the table, best first, and the fits over short windows that it rests on."""
+    """Which model was chosen, and what of: the table, best first, and the fits over short windows that it rests on.
+
+    ``far``: there are several logs, and no model comes near the noise, so that whole logs should be asked.
+    """
 
     name: str
     table: tuple[Considered, ...]
     fits: Mapping[str, Fitted]
+    far: bool = False
 
 
 def considered(trials: Sequence[Trial]) -> Choice:
-    """As ``choose_model``, with the fits; none where whole logs had to be asked."""
+    """The choice by windows alone."""
     used = [t for t in trials if t.role == "identify"]
     if not used:
         raise NotIdentifiable("no log has the role identify.")
@@ -118,11 +124,17 @@ def considered(trials: Sequence[Trial]) -> Choice:
     ranked = ranking([t.considered for t in tried])
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
-    if _far_from_noise(tried):
-        tried += [_untried(used, name) for name in RICH]
-        ranked = ranking(side_by_side(_by_whole_logs, tried))
-        return Choice(simplest(ranked), ranked, {})
-    return Choice(simplest(ranked), ranked, {t.considered.name: t.fitted for t in tried if t.fitted})
+    fits = {t.considered.name: t.fitted for t in tried if t.fitted}
+    return Choice(simplest(ranked), ranked, fits, _far_from_noise(tried))
+
+
+def by_whole_logs(trials: Sequence[Trial], choice: Choice) -> Choice:
+    """The choice by whole logs left out, of the models that windows were asked of and of richer ones."""
+    used = [t for t in trials if t.role == "identify"]
+    asked = [*(c for c in choice.table if c.name in choice.fits), *(_untried(used, name) for name in RICH)]
+    others = [c for c in choice.table if c.name not in choice.fits]
+    ranked = ranking([*side_by_side(partial(_over_whole_logs, used), asked), *others])
+    return replace(choice, name=simplest(ranked), table=ranked)
 
 
 def ranking(found: Sequence[Considered]) -> tuple[Considered, ...]:
@@ -156,7 +168,6 @@ class _Tried:
     """A model with its rough fit, where there is one, and what it is worth over windows."""
 
     considered: Considered
-    prepared: Prepared | None = None
     fitted: Fitted | None = None
 
 
@@ -173,7 +184,7 @@ def _tried(trials: Sequence[Trial], name: str) -> _Tried:
     if not np.isfinite(fitted.solution.cost):
         return _Tried(Considered(name, terms, np.inf, (), "ran away"))
     squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
-    return _Tried(_of_squares(name, terms, squares), prepared, fitted)
+    return _Tried(_of_squares(name, terms, squares), fitted)
 
 
 def _rough(prepared: Prepared) -> float:
@@ -196,25 +207,23 @@ def _far_from_noise(tried: Sequence[_Tried]) -> bool:
     return several and min(f.chi2_per_dof for f in fitted) > FAR
 
 
-def _by_whole_logs(tried: _Tried) -> Considered:
+def _over_whole_logs(trials: Sequence[Trial], one: Considered) -> Considered:
     """The model's error over logs that were left out, with the prior that predicts those best."""
-    one, prepared = tried.considered, tried.prepared
-    if prepared is None:
+    if one.note:
         return one
+    prepared = prepare(trials, one.name)
     found = joined_regularised(prepared.structure, prepared.identify)
     if found is None:
         return replace(one, error=np.inf, parts=(), note="runs away over whole logs")
     return replace(one, error=found.error, parts=tuple(map(float, found.errors)))
 
 
-def _untried(trials: Sequence[Trial], name: str) -> _Tried:
+def _untried(trials: Sequence[Trial], name: str) -> Considered:
     """A model that only whole logs can tell the coefficients of."""
     first = trials[0]
     note = missing_inputs(name, first.vessel, first.inputs_declared)
-    if note:
-        return _Tried(Considered(name, 0, np.inf, (), note))
-    prepared = prepare(trials, name)
-    return _Tried(Considered(name, len(prepared.structure.setting.terms), np.inf), prepared)
+    terms = 0 if note else len(prepare(trials, name).structure.setting.terms)
+    return Considered(name, terms, np.inf, (), note)
 
 
 def parts_of(problem: Problem) -> list[list[int]]:

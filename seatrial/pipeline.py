@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ingest import read_log
 from ingest.log import Log
@@ -20,7 +21,10 @@ from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
 from seatrial.results_folder import check_replaceable, in_place
-from validate.diagnosis import Diagnosis, Results
+from validate.diagnosis import Diagnosis, Results, Verdict
+
+if TYPE_CHECKING:
+    from identify.choose_model import Choice
 
 #: Logs of less than this in all are read faster here than in processes of their own, bytes.
 WORTH_PROCESSES = 50_000_000
@@ -101,8 +105,8 @@ def _results(
         progress=watch,
     )
     found = analysed(model=chosen.name)
-    if chosen.other and chosen.needs not in _names(found.diagnosis):
-        chosen = chosen.other
+    if chosen.other and not _stands(chosen, found.diagnosis):
+        chosen = chosen.other()
         found = analysed(model=chosen.name)
     name, said = chosen.name, chosen.said
     if found.before.model != name:
@@ -127,9 +131,12 @@ def _results(
     )
 
 
-def _names(diagnosis: Diagnosis | None) -> set[str]:
-    """Names of the effects that were found."""
-    return {e.fitted.name for e in diagnosis.effects} if diagnosis else set()
+def _stands(chosen: ChosenModel, diagnosis: Diagnosis | None) -> bool:
+    """Whether a model that was taken for an effect was found to lack that, or others that leave nothing unexplained."""
+    if diagnosis is None or not diagnosis.effects:
+        return False
+    named = chosen.needs in {e.fitted.name for e in diagnosis.effects}
+    return named or diagnosis.verdict is not Verdict.UNEXPLAINED
 
 
 def _trials(
@@ -146,12 +153,12 @@ def _trials(
 
 @dataclass(frozen=True)
 class ChosenModel:
-    """The declared model or the one that was chosen, what to say of that, and which other where it lacks ``needs``."""
+    """The declared model or the one that was chosen, what to say of it, and the ``other`` where it lacks ``needs``."""
 
     name: str
     said: tuple[str, ...] = ()
     needs: str = ""
-    other: ChosenModel | None = None
+    other: Callable[[], ChosenModel] | None = None
 
 
 def chosen_model(
@@ -164,22 +171,32 @@ def chosen_model(
     """
     if name != "auto":
         return ChosenModel(name)
-    from identify.choice_words import choice_in_words
     from identify.choose_model import considered
 
     progress("identify", "which model", 0.0)
     choice = considered(trials)
-    said = choice_in_words(choice.name, choice.table, sum(t.role == "identify" for t in trials))
-    chosen = ChosenModel(choice.name, (said,))
+    alone = partial(_without_an_effect, trials, choice)
     if not loop:
-        return chosen
+        return alone()
     from validate.simpler_model import simpler_with_an_effect
 
     progress("identify", "whether an effect makes a simpler one do", 0.0)
     simpler = simpler_with_an_effect(choice)
     if simpler is None:
-        return chosen
-    return ChosenModel(simpler.name, (said, simpler.in_words(choice.name)), simpler.effect, chosen)
+        return alone()
+    said = () if choice.far else alone().said
+    return ChosenModel(simpler.name, (*said, simpler.in_words(choice.name)), simpler.effect, alone)
+
+
+def _without_an_effect(trials: Sequence[Trial], choice: Choice) -> ChosenModel:
+    """The model that is chosen where no effect makes up for what others lack."""
+    from identify.choice_words import choice_in_words
+    from identify.choose_model import by_whole_logs
+
+    if choice.far:
+        choice = by_whole_logs(trials, choice)
+    logs = sum(t.role == "identify" for t in trials)
+    return ChosenModel(choice.name, (choice_in_words(choice.name, choice.table, logs),))
 
 
 def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent) -> list[Log]:

@@ -108,23 +108,25 @@ def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_de
 
 
 @pytest.mark.parametrize(
-    "chi2, first, nearer", [(2.6, "offset", True), (2.6, "offset", False), (1.1, "offset", True)]
+    ("chi2", "off", "nearer"),
+    [(2.6, True, True), (2.6, True, False), (1.1, False, True), (1.1, True, True), (1.1, True, False)],
 )
 def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_without_the_first(
-    monkeypatch, chi2, first, nearer
+    monkeypatch, chi2, off, nearer
 ):
-    def of(names, chi2):
+    first = "offset"
+
+    def of(names, chi2, off):
         active = [SimpleNamespace(effect=SimpleNamespace(name=n), label=n) for n in names]
         turns = [SimpleNamespace(taken=SimpleNamespace(screened=SimpleNamespace(active=a))) for a in active]
-        fitted = SimpleNamespace(chi2_per_dof=chi2, problem=SimpleNamespace(length=30.0))
+        fitted = SimpleNamespace(chi2_per_dof=chi2, is_off=off, problem=SimpleNamespace(length=30.0))
         return SimpleNamespace(
             turns=turns, standing=[SimpleNamespace(active=a) for a in active], fitted=fitted
         )
 
-    found, other = of((first, "heading_bias"), chi2), of(("walk",), 1.0 if nearer else 2.5)
+    found, other = of((first, "heading_bias"), chi2, off), of(("walk",), 1.0 if nearer else 2.5, not nearer)
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
     best = loop._begun_otherwise(None, None, found, lambda _: None)
-    far = chi2 > NEAR
-    assert asked == ([frozenset({first})] if far else [])
-    assert best is (other if far and nearer else found)
+    assert asked == ([frozenset({first})] if off else [])
+    assert best is (other if off and nearer else found)

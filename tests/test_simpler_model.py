@@ -14,6 +14,7 @@ from identify.choose_model import Choice, Considered, considered
 from seatrial import pipeline
 from seatrial.pipeline import ChosenModel, chosen_model
 from seatrial.progress import Stopwatch, silent
+from validate.diagnosis import Verdict
 from validate.simpler_model import _rivals, simpler_with_an_effect
 
 MANOEUVRES = ("zigzag", "random", "circle", "random")
@@ -43,8 +44,11 @@ def test_only_simpler_models_that_predict_nearly_as_well_are_asked():
     table = [Considered("taylor3", 42, 0.1), Considered("modulus", 15, 0.2), Considered("abkowitz", 43, 0.2),
              Considered("blanke", 18, 0.21), Considered("linear", 12, 0.22),
              Considered("zhu2019", 12, np.inf)]  # fmt: skip
-    fits = {c.name: None for c in table}
-    assert _rivals(Choice("taylor3", tuple(table), fits)) == ["modulus", "blanke"]
+    chi2 = {"taylor3": 1.5, "modulus": 1.9, "abkowitz": 1.5, "blanke": 4.0, "linear": 5.0, "zhu2019": 2.0}
+    fits = {name: Named(chi2_per_dof=x) for name, x in chi2.items()}
+    assert _rivals(Choice("taylor3", tuple(table), fits)) == ["modulus", "blanke", "linear", "zhu2019"]
+    fits["zhu2019"] = Named(chi2_per_dof=2.5)  # predicts nothing, and is not near either
+    assert _rivals(Choice("taylor3", tuple(table), fits)) == ["modulus", "blanke", "linear"]
     assert _rivals(Choice("linear", tuple(table), fits)) == []
     assert _rivals(Choice("taylor3", tuple(table), {})) == []
 
@@ -58,22 +62,46 @@ def test_what_is_taken_in_place_of_the_choice_is_said(monkeypatch, loop):
     assert chosen.name == ("blanke" if loop else "taylor3")
     assert len(chosen.said) == 1 + loop
     assert chosen.needs == ("heading_bias" if loop else "")
-    assert (chosen.other.name if chosen.other else None) == ("taylor3" if loop else None)
+    assert (chosen.other().name if chosen.other else None) == ("taylor3" if loop else None)
 
 
-@pytest.mark.parametrize("found", ["heading_bias", "current"])
-def test_a_simpler_model_stands_only_with_the_effect_for_which_it_was_taken(monkeypatch, found):
+def test_where_no_model_comes_near_one_that_does_with_an_effect_is_taken_and_whole_logs_are_not_asked(
+    monkeypatch,
+):
+    monkeypatch.setattr(
+        "identify.choose_model.by_whole_logs", lambda *_: pytest.fail("whole logs were asked")
+    )
+    _, trials = trials_of("usv", MANOEUVRES, 120.0, 5, (Effect("heading_bias", {"bias": 0.3}),), validate=0)
+    assert considered(trials).far
+    chosen = chosen_model(trials, "auto", loop=True)
+    assert (chosen.name, chosen.needs) == ("modulus", "heading_bias")
+    assert "No model alone comes near the noise" in chosen.said[0]
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict", "stands"),
+    [
+        ("heading_bias", Verdict.EXPLAINED, True),
+        ("heading_bias", Verdict.UNEXPLAINED, True),
+        ("current", Verdict.EXPLAINED, True),
+        ("current", Verdict.UNEXPLAINED, False),
+        ("", Verdict.ADEQUATE, False),
+    ],
+)
+def test_a_simpler_model_stands_with_the_effect_for_which_it_was_taken_or_with_what_explains_all(
+    monkeypatch, found, verdict, stands
+):
     other = ChosenModel("taylor3", ("a choice",))
-    simpler = ChosenModel("blanke", ("a choice", "an effect"), "heading_bias", other)
+    simpler = ChosenModel("blanke", ("a choice", "an effect"), "heading_bias", lambda: other)
     asked = []
 
     def analyse(trials, model, **_):
         asked.append(model)
         fit = Named(model=model, notes=())
-        effects = (Named(fitted=Named(name=found)),)
+        effects = (Named(fitted=Named(name=found)),) if found else ()
         return Named(
             before=fit, after=fit, validation_before=None, validation_after=None, predictions={},
-            diagnosis=Named(effects=effects), actuators={}, equations=(), papers=(),
+            diagnosis=Named(effects=effects, verdict=verdict), actuators={}, equations=(), papers=(),
         )  # fmt: skip
 
     monkeypatch.setattr("validate.analysis.analyse", analyse)
@@ -83,6 +111,5 @@ def test_a_simpler_model_stands_only_with_the_effect_for_which_it_was_taken(monk
     monkeypatch.setattr(pipeline, "replace", lambda fit, notes: Named(model=fit.model, notes=notes))
     campaign = Named(path="c", model="auto", estimator="auto", optimiser="auto")
     results = pipeline._results(campaign, 1, 0, True, 0.1, Stopwatch(silent))
-    stands = found == "heading_bias"
     assert asked == (["blanke"] if stands else ["blanke", "taylor3"])
     assert results.before.notes == (("a choice", "an effect") if stands else ("a choice",))

@@ -127,18 +127,28 @@ def _clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
 
 
 def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace) -> Outcome:
-    """A search that took several effects and came near the noise, not to it; or one without the first, if nearer.
+    """A search that took several effects and came near the noise, not to it; or one without the first, if that does.
 
     Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it.
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    between = NEAR <= found.fitted.chi2_per_dof < FAR  # farther off it would only take its time
+    between = (
+        found.fitted.is_off and found.fitted.chi2_per_dof < FAR
+    )  # farther off it would only take its time
     if len(kept) < 2 or not between or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
     other = _searched(prepared, declared, None, pace, frozenset({taken[0].effect.name}))
-    return other if _clearly_nearer(other.fitted, found.fitted, CLEARLY) else found
+    return other if _there(other.fitted, found.fitted) else found
+
+
+def _there(one: Fitted, other: Fitted) -> bool:
+    """Whether a fit came to the noise where another did not, or is clearly nearer."""
+    if _clearly_nearer(one, other, CLEARLY):
+        return True
+    longer, nearer = one.problem.length >= other.problem.length, one.chi2_per_dof <= other.chi2_per_dof
+    return longer and nearer and other.is_off and not one.is_off
 
 
 def _searched(
