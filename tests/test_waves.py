@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,13 +16,14 @@ from identify.base_fit import fit_from_scratch
 from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.prepare import prepare
+from validate import waves as searched
 from validate.error_spectra import spectra_of
 from validate.pace import Pace
 from validate.peaks import around_of, core_of
 from validate.rounds import rounds
 from validate.swell import with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import _material, as_effect, find_waves
+from validate.waves import _material, as_effect, fastest, find_waves
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -177,3 +179,25 @@ def test_no_waves_are_higher_than_waves_break():
         amplitudes = {c: height * a for c, a in seen.seen.amplitudes.items()}
         higher = replace(seen, seen=replace(seen.seen, amplitudes=amplitudes))
         assert _material(higher, spectra, around, place, 1) == believed
+
+
+@pytest.mark.parametrize(
+    ("length", "speed", "least", "most"), [(1.0, 1.5, 20.0, 60.0), (30.0, 5.0, 4.0, 8.0)]
+)
+def test_waves_much_shorter_than_a_vessel_do_not_move_it(length, speed, least, most):
+    """A quarter of 30 m is a wave of 2.9 rad/s, met from ahead at 7.1."""
+    states = np.zeros((50, 6))
+    states[:, 3] = speed
+    vessel, stretch = SimpleNamespace(length=length), SimpleNamespace(states=states)
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(stretches=(stretch,)),
+        solution=SimpleNamespace(structure=SimpleNamespace(vessel=vessel)),
+    )
+    assert least < fastest(fit) < most
+
+
+def test_a_peak_at_a_frequency_of_no_waves_is_none(monkeypatch):
+    fit = fitted("usv", [Effect("waves", {"frequency": 2.0, "u": 0.05, "v": 0.05, "r": 0.03})], 3)
+    assert find_waves(fit) is not None
+    monkeypatch.setattr(searched, "fastest", lambda _: 1.5)
+    assert find_waves(fit) is None

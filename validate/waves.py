@@ -40,7 +40,10 @@ COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
 #: Amplitude of an acceleration along that no waves give, m/s²: they break where their slope passes 0.44 (Stokes).
-BREAKING = 0.44 * 9.81
+GRAVITY = 9.81
+BREAKING = 0.44 * GRAVITY
+#: Waves shorter than this share of a vessel's length push one way here and the other there, and do not move it.
+SHORTEST = 0.25
 #: Above this cost per degree of freedom nothing is made of a band.
 TOO_FAR = 1000.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
@@ -144,8 +147,16 @@ def _chances(fitted: Fitted, spectra: Spectra) -> tuple[list[Around], FloatArray
     p_values = np.column_stack([chance_of(spectra, p, a) for p, a in zip(power.T, around, strict=True)])
     tried = int(np.isfinite(p_values).sum())
     chance = -np.expm1(tried * np.log1p(-np.minimum(np.nan_to_num(p_values, nan=1.0), 1 - 1e-16)))
-    chance[_resonant(fitted, spectra)] = 1.0
+    chance[_resonant(fitted, spectra) | (spectra.omega > fastest(fitted))] = 1.0
     return around, chance, tried
+
+
+def fastest(fitted: Fitted) -> float:
+    """Highest frequency, rad/s, at which a vessel meets waves long enough to move it: from ahead, in deep water."""
+    stretches = fitted.problem.stretches
+    speed = max(float(np.quantile(np.hypot(*s.states[:, 3:5].T), 0.95)) for s in stretches)
+    number = 2.0 * math.pi / (SHORTEST * fitted.solution.structure.vessel.length)
+    return math.sqrt(GRAVITY * number) + number * speed
 
 
 def _resonant(fitted: Fitted, spectra: Spectra) -> BoolArray:
