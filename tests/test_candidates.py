@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from identification_samples import trials_of
+from identification_samples import structure_of, trials_of
 
 from fixtures.effects import Effect
 from identify.acting import lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.prepare import prepare
 from identify.structure import null_parameters
-from validate.candidates import _as_far_ahead, candidates, screen
+from validate.candidates import _as_far_ahead, _starts, candidates, screen
 
 
 def late(offset):
@@ -49,3 +50,15 @@ def test_no_actuator_is_begun_before_its_order():
     fitted = SimpleNamespace(solution=SimpleNamespace(structure=structure, p=p))
     assert _as_far_ahead(fitted, structure.with_effect(last)) == [{"delay": 0.0}]
     assert _as_far_ahead(fitted, structure) == []
+
+
+@pytest.mark.parametrize(("length", "begins"), [(2.0, (0.2, 0.8)), (45.0, (0.6, 2.4)), (2000.0, (1.0, 4.0))])
+def test_what_is_late_aboard_a_large_ship_is_looked_for_seconds_late(length, begins):
+    plain = structure_of("blanke")
+    structure = replace(plain, setting=replace(plain.setting, vessel=replace(plain.vessel, length=length)))
+    fitted = SimpleNamespace(
+        solution=SimpleNamespace(structure=structure, p=null_parameters(structure)),
+        problem=SimpleNamespace(stretches=()),
+    )
+    delay = next(a for a in candidates(structure) if a.label == "actuator_delay (rudder)")
+    assert [s["delay"] for s in _starts(fitted, delay)] == pytest.approx(begins)

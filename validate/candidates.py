@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.acting import lead_slot
-from identify.effect import Active, Effect
+from identify.effect import Active, Effect, Parameter
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
 from identify.fitted import Fitted
@@ -17,6 +17,7 @@ from identify.output_error import Prior, prior_for
 from identify.reduction import reduce
 from identify.regression import coefficient_scales
 from identify.rough_fit import thin
+from identify.stretch import step_for
 from identify.structure import Structure
 from identify.windows import moments
 from preprocess.cores import side_by_side
@@ -205,10 +206,14 @@ def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArr
 
 
 def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
-    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated."""
+    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated.
+
+    Times grow as a vessel's own do: what is late aboard a ship of thirty metres is so by seconds.
+    """
     wide = fitted.solution.structure.with_effect(active)
     mine = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1 and s.coefficient < 0]
-    lists = [p.starts or (p.null,) for p in mine]
+    slower = step_for(wide.vessel.length) / step_for(0.0)
+    lists = [_slowed(p, slower) if p.unit == "s" else p.starts or (p.null,) for p in mine]
     n = max(len(x) for x in lists)
     columns = [x if len(x) == n else x * n for x in lists]
     starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
@@ -216,6 +221,11 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
         sizes = sizes_of(fitted.problem.stretches, str(active.variant.input))
         starts += [{mine[0].name: size} for size in between(sizes)]
     return starts + _as_far_ahead(fitted, wide)
+
+
+def _slowed(parameter: Parameter, by: float) -> tuple[float, ...]:
+    """Starts of a time so many times as long, within its bounds."""
+    return tuple(float(np.clip(by * x, *parameter.bounds)) for x in parameter.starts or (parameter.null,))
 
 
 def _as_far_ahead(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
