@@ -55,7 +55,7 @@ def test_no_actuator_is_begun_before_its_order():
 @pytest.mark.parametrize(("length", "begins"), [(2.0, (0.2, 0.8)), (45.0, (0.6, 2.4)), (2000.0, (1.0, 4.0))])
 def test_what_is_late_aboard_a_large_ship_is_looked_for_seconds_late(length, begins):
     plain = structure_of("blanke")
-    structure = replace(plain, setting=replace(plain.setting, vessel=replace(plain.vessel, length=length)))
+    structure = replace(plain, vessel=replace(plain.vessel, length=length))
     fitted = SimpleNamespace(
         solution=SimpleNamespace(structure=structure, p=null_parameters(structure)),
         problem=SimpleNamespace(stretches=()),
