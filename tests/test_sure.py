@@ -14,6 +14,7 @@ from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, WIND_UNS
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.structure import null_parameters
+from validate.candidates import candidates
 from validate.look_alikes import Standing, dropped
 from validate.loop import Outcome
 from validate.sure import evidence, surely
@@ -36,6 +37,24 @@ def test_a_current_stays_where_there_is_one(speed):
     assert len(found.standing) == len(found.fitted.solution.structure.actives) == (speed > 0.0)
     assert np.isfinite(found.fitted.chi2_per_dof)
     assert found.unsure == (() if speed else ("current",))
+
+
+@pytest.mark.parametrize("effect", ["actuator_delay", "actuator_lag"])
+@pytest.mark.parametrize(("late", "sure"), [(0.04, False), (0.3, True)])
+def test_what_a_log_may_hide_between_its_entries_is_no_delay(effect, late, sure):
+    """Of one input that moves at the entries and one that moved since the last, the former seems late."""
+    size = {"actuator_delay": "delay", "actuator_lag": "time_constant"}[effect]
+    ahead = Effect("clock_offset", {"offset": 0.07}, None, {"stream": "inputs"})
+    truth = (ahead, Effect(effect, {size: late}, "left"))
+    _, trials = trials_of("catamaran", ("zigzag", "random", "random"), 60.0, 3, truth)
+    prepared = prepare(trials, "modulus")
+    active = next(a for a in candidates(prepared.structure) if a.label == f"{effect} (left)")
+    structure = prepared.structure.with_effect(active)
+    p = null_parameters(structure)
+    p[[s.name == size for s in structure.slots]] = late
+    fitted = fit_from_scratch(structure, prepared.identify, p, rounds=1)
+    found = surely(Outcome(fitted, (), (Standing(active, 20.0, 1e-3, ()),), None))
+    assert bool(found.standing) is sure
 
 
 def test_a_roll_that_moves_nothing_goes_and_leaves_the_current():

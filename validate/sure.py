@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from identify.acting import input_clocks
 from identify.base_fit import free_running_errors
 from identify.disturbance import deviance, with_disturbances
 from identify.first_states import first_states
@@ -68,15 +69,32 @@ def _least_sure(fitted: Fitted) -> int | None:
 def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
     """How much more evidence there is for an effect than chance gives, or than one needs that moves next to nothing.
 
-    A value that could go no further is none.
+    A value that could go no further is none; nor is a delay that the input's log may hide.
     """
-    if at_bound(fitted, index):
+    if at_bound(fitted, index) or _between_entries(fitted, index):
         return -np.inf
     without = dropped(fitted, index)
     said, needed = evidence(fitted, without, covariance, index), _by_chance(fitted, index)
     if needed < said < DOUBTFUL and _immaterial(fitted, without):
         needed = DOUBTFUL
     return said - needed
+
+
+def _between_entries(fitted: Fitted, index: int) -> bool:
+    """Whether an input that is late is not so by its own log: what acts when it is written began since the last entry.
+
+    An order that steps and a rudder that moves between the same entries are ahead of them by parts of an interval that
+    differ, and the one that is less so seems to be late. A lag is late by its time constant.
+    """
+    structure, p = fitted.solution.structure, fitted.solution.p
+    active, stretch = structure.actives[index], fitted.problem.stretches[0]
+    times = [q.name for q in active.effect.parameters if q.unit == "s"]
+    if active.variant.input is None or not times:
+        return False
+    acts = input_clocks(structure, p, stretch)[active.variant.input]
+    if active.effect.input_delay is None:
+        acts -= sum(structure.values(p, index)[name] for name in times)
+    return acts >= stretch.start
 
 
 def _immaterial(fitted: Fitted, without: Fitted) -> bool:
