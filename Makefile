@@ -32,7 +32,7 @@ format: $(INSTALLED)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-BENCHMARKS ?= ingest preprocess lssvm rollout
+BENCHMARKS ?= ingest preprocess lssvm rollout output_error first_call
 
 bench: $(INSTALLED)  ## the benchmarks that need no data but what they make (BENCHMARKS="ingest lssvm")
 	@for name in $(BENCHMARKS); do echo "bench_$$name"; $(BIN)/python -m benchmarks.bench_$$name || exit 1; done
