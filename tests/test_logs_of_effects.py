@@ -27,7 +27,7 @@ from validate.log_groups import free_in_logs, in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing
 from validate.loop import Outcome
-from validate.told_logs import told_of_the_odd_logs
+from validate.told_logs import _tells, told_of_the_odd_logs
 
 MANOEUVRES = ("zigzag", "random", "zigzag", "random")
 
@@ -162,6 +162,21 @@ def test_a_load_is_told_of_fewer_logs_and_of_as_many_the_heavier(said, form, odd
     assert told.standing[0].active == structure.actives[0]
     assert told.fitted.solution.total == pytest.approx(outcome.fitted.solution.total, abs=2.0)
     assert (told is outcome) == (said == odd)
+
+
+@pytest.mark.parametrize(
+    ("named", "others", "ratio", "tells"),
+    [
+        (3, 2, 1.3, True),
+        (3, 2, 0.8, False),
+        (2, 2, 0.8, False),
+        (1, 3, 0.8, True),
+        (3, 1, 1.3, False),
+        (2, 0, 0.8, True),
+    ],
+)
+def test_a_load_is_told_of_the_heavier_logs_unless_the_others_are_far_fewer(named, others, ratio, tells):
+    assert _tells(named, others, ratio) is tells
 
 
 def test_what_is_told_of_the_odd_log_is_no_look_alike_of_itself():

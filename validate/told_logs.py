@@ -1,7 +1,7 @@
 """In which logs a vessel is said to have been loaded otherwise: a group of logs and its complement say the same.
 
-"1.75 times as heavy in these" is "0.57 times in the others": a person calls those logs the odd ones that are fewer,
-and of as many the heavier, since what was taken aboard is what one looks for.
+"1.75 times as heavy in these" is "0.57 times in the others": a person calls the heavier the odd ones, since what was
+taken aboard is what one looks for, unless the others are far fewer.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from validate.log_groups import free_in_logs, in_logs
 from validate.look_alikes import Standing
 from validate.loop import Outcome
 from validate.refits import under
+
+#: Logs that are no more than one in so many of the others are the odd ones, whichever are heavier.
+FAR_FEWER = 3
 
 
 def told_of_the_odd_logs(outcome: Outcome) -> Outcome:
@@ -51,11 +54,18 @@ def _told(fitted: Fitted, index: int) -> Fitted:
     known = {s.name for s in fitted.problem.stretches}
     ratio = structure.values(fitted.solution.p, index)["ratio"]
     odd, even = len(known & named), len(known - named)
-    if not even or odd < even or (odd == even and ratio >= 1.0):
+    if _tells(odd, even, ratio):
         return fitted
     other = _of_the_others(fitted, index, logs - named, ratio)
     here, there = (dispersed_cost(f.problem, f.solution) - f.solution.penalty for f in (fitted, other))
     return other if there < here + INDISTINCT else fitted
+
+
+def _tells(named: int, others: int, ratio: float) -> bool:
+    """Whether a ratio is told of so many logs, and not of so many others."""
+    if FAR_FEWER * min(named, others) <= max(named, others):
+        return named < others or not others
+    return ratio >= 1.0
 
 
 def _option(active: Active) -> tuple[str, ...]:
