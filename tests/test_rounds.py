@@ -7,9 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from identify.effect import Active
+from identify.effects import EFFECTS
 from identify.fitted import FAR, NEAR
 from validate import loop
 from validate import rounds as module
+from validate.judgement import plainest
 from validate.pace import Pace
 from validate.rounds import Turn, rounds
 
@@ -148,3 +151,18 @@ def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_w
     found = loop._lengthened(fit(min(chi2, 9.0), length=10.0), turns, Pace(), frozenset())
     assert looked == lengths
     assert found.problem.length == lengths[-1]
+
+
+@pytest.mark.parametrize(("costs", "taken"), [((10.0, 10.2), 1), ((10.0, 12.0), 0)])
+def test_of_causes_that_are_the_same_on_these_logs_the_plainer_one_is_taken(costs, taken):
+    """An input that is never astern has an offset where it might have a dead band."""
+    band, offset = (next(e for e in EFFECTS if e.name == n) for n in ("actuator_deadband", "actuator_offset"))
+    worth = [
+        SimpleNamespace(
+            screened=SimpleNamespace(active=Active(e)),
+            fitted=SimpleNamespace(solution=SimpleNamespace(total=c)),
+        )
+        for e, c in zip((band, offset), costs, strict=True)
+    ]
+    assert plainest(worth) is worth[taken]
+    assert plainest([]) is None

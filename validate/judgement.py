@@ -18,7 +18,7 @@ from identify.output_error import solve
 from identify.rough_fit import roughly
 from identify.structure import effects_alone
 from preprocess.cores import side_by_side
-from validate.candidates import Screened
+from validate.candidates import Screened, smooth
 from validate.consistency import consistent, gains_by_time, stands_out
 from validate.hidden_share import accounted_for
 from validate.log_groups import in_likeliest_logs
@@ -40,6 +40,8 @@ from validate.sizes import begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: Causes whose costs differ by less than this are the same on these logs.
+THE_SAME = 0.5
 #: An effect is taken where chance would give its gain in fewer than this share of campaigns that lack nothing.
 FALSE_ALARM = 0.01
 #: Evidence of less than this leaves a doubt about what is of no use to a free run.
@@ -268,3 +270,15 @@ def at_bound(fitted: Fitted, index: int | None = None) -> bool:
         and p != s.parameter.null
         for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
     )
+
+
+def plainest(worth: Sequence[Judged]) -> Judged | None:
+    """What is worth taking most; of causes that are the same on these logs the plainer one.
+
+    An input that never changes its sign has an offset where it might have a dead band, which acts no other way.
+    """
+    if not worth:
+        return None
+    least = worth[0].fitted.solution.total
+    alike = [j for j in worth if abs(j.fitted.solution.total - least) < THE_SAME]
+    return min(alike, key=lambda j: not smooth(j.screened.active))

@@ -15,7 +15,7 @@ from preprocess.cores import side_by_side
 from validate.candidates import Screened, Wanted, candidates, screen
 from validate.consistency import consistent
 from validate.exchange import at_likeliest_speed, in_likeliest_form
-from validate.judgement import Judged, at_bound, beyond_doubt, judge, worthwhile
+from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import swings, under
 from validate.scan import gain_and_value
@@ -115,8 +115,8 @@ def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE, thorough: bool = Fal
     finalists = _finalists(fitted, screened, thorough)
     pace.expect(len(finalists), (ANOTHER if finalists else 0.0) + LAST)
     base, judged = judge(fitted, finalists, len(actives), pace) if finalists else (fitted, [])
-    taken = next((j for j in judged if j.evidence > 0 and _worth_taking(base, j)), None)
-    return Turn(base, tuple(screened), tuple(judged), taken)
+    worth = [j for j in judged if j.evidence > 0 and _worth_taking(base, j)]
+    return Turn(base, tuple(screened), tuple(judged), plainest(worth))
 
 
 def _in_waves(fitted: Fitted, turn: Turn) -> Fitted | None:
