@@ -167,7 +167,7 @@ def chosen_model(
     """The declared model, or what the data support where it is ``auto``.
 
     Where effects are looked for (``loop``), a simpler model that says as much with one of them is taken; the other
-    where that effect is then not found.
+    where that effect is then not found and something stays unexplained.
     """
     if name != "auto":
         return ChosenModel(name)

@@ -373,20 +373,6 @@ def test_loading_acts_in_its_logs_alone(name, values, form, roles):
         assert a == pytest.approx(roles[term.role] * b)
 
 
-@pytest.mark.parametrize(
-    ("form", "pushed"), [({}, 0.8), ({"form": "apart"}, 1.0), ({"form": "whole apart"}, 1.0)]
-)
-def test_what_other_effects_add_goes_with_a_load_or_stays(form, pushed):
-    structure, _, _, _ = with_effect(
-        "mass_change", {"ratio": 1.25}, Variant(options={"logs": ("b",), **form})
-    )
-    structure = structure.with_effect(Active(effect_named("port_starboard_asymmetry"), Variant()))
-    ends = [(1.25 if s.name == "ratio" else 1.0) for s in structure.slots]
-    factor = drive(structure, np.array(ends), replace(stretch_of(MOTORS), name="b")).factor
-    added = {round(f, 9) for f, t in zip(factor, structure.table.terms, strict=True) if t.text == "1"}
-    assert added == {pushed}
-
-
 def test_an_antenna_is_looked_for_within_the_vessels_length_across_it_too():
     """Who takes forward for starboard errs across the vessel by as much as along it; no more is a place for a mast."""
     structure, _, _, _ = with_effect("antenna_offset", {"x": 0.1, "y": 0.0})

@@ -107,6 +107,18 @@ def test_what_another_effect_adds_goes_with_a_load_unless_the_measurements_say_o
     assert found.structure.values(found.p, 1)["ratio"] == pytest.approx(1.5, abs=0.03)
 
 
+@pytest.mark.parametrize(("form", "pushed"), [(None, 0.8), ("apart", 1.0), ("whole apart", 1.0)])
+def test_what_other_effects_add_is_divided_by_a_load_or_stays(form, pushed):
+    prepared = loaded_in(1, 3)
+    options = {"logs": (prepared.structure.setting.logs[1],)} | ({"form": form} if form else {})
+    structure = prepared.structure.with_effect(Active(MASS_CHANGE, Variant(options=options)))
+    structure = structure.with_effect(Active(PORT_STARBOARD_ASYMMETRY, Variant()))
+    values = np.where([s.name == "ratio" for s in structure.slots], 1.25, 1.0)
+    factor = drive(structure, values, prepared.identify[1]).factor
+    added = {float(f) for f, t in zip(factor, structure.table.terms, strict=True) if t.text == "1"}
+    assert [*added] == [pytest.approx(pushed)]
+
+
 def test_shallow_water_has_coriolis_terms_grow_where_the_measurements_say_so():
     prepared = loaded_in(1, 3)
     names = prepared.structure.setting.logs

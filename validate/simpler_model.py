@@ -40,7 +40,6 @@ class Simpler:
     name: str
     effect: str
     label: str
-
     alone: bool = False
 
     def in_words(self, chosen: str) -> str:

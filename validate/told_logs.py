@@ -23,7 +23,7 @@ FAR_FEWER = 3
 
 
 def told_of_the_odd_logs(outcome: Outcome) -> Outcome:
-    """The outcome with every change of loading told of fewer logs, or the heavier ones, where it fits as well so."""
+    """The outcome with every change of loading told of the odd logs, where it fits as well so."""
     fitted = outcome.fitted
     for index, active in enumerate(fitted.solution.structure.actives):
         if active.effect is MASS_CHANGE and free_in_logs(active, fitted.solution.structure):

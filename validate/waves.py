@@ -39,8 +39,9 @@ SHARP = 0.03
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
-#: Amplitude of an acceleration along that no waves give, m/s²: they break where their slope passes 0.44 (Stokes).
+#: m/s².
 GRAVITY = 9.81
+#: Amplitude of an acceleration along that no waves give, m/s²: they break where their slope passes 0.44 (Stokes).
 BREAKING = 0.44 * GRAVITY
 #: Waves shorter than this share of a vessel's length push one way here and the other there, and do not move it.
 SHORTEST = 0.25
