@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from identify.kernel import POSITION, VELOCITY
-from identify.sample import BATCH, row_of, sum_row
-from identify.simd import COMPILED, HELPER, load, store
+from identify.sample import BATCH, pose_at, row_of, sum_row
+from identify.simd import COMPILED, INLINED, load, store
 from identify.tangents import sensitivities
 
 
@@ -64,7 +64,7 @@ def moments_of_windows(
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _used(shrink, w):
     """How many vectors of its basis a window uses."""
     count = shrink.shape[1]
@@ -73,7 +73,7 @@ def _used(shrink, w):
     return count
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _project(basis, used, work):
     """Add the rows of a batch to their sums along the basis."""
     width, row, batch = work.batch.shape[1], work.row, work.batch
@@ -89,7 +89,7 @@ def _project(basis, used, work):
             store(work.projected, at, load(work.projected, at) + (one + two))
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _whiten(shrink, w, used, work, last):
     """Take off the moments what the rows have along the basis, as far as it is shrunk."""
     width = work.moment.shape[1]
@@ -101,7 +101,7 @@ def _whiten(shrink, w, used, work, last):
                 store(work.moment, at, load(work.moment, at) - load(work.projected, k * width + o) * by)
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _window(begin, length, low, high, motion, sensing, basis, used, run, work, residual, last, since, rows):
     """Sum the products of all rows of one window, or put the rows where they are asked for."""
     width = work.batch.shape[1]
@@ -119,8 +119,9 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
         place = sensing.t[m] / motion.h - begin
         i = min(max(math.floor(place), 0), length - 1)
         both = sensing.kind[m] == POSITION or sensing.kind[m] == VELOCITY
+        pose = pose_at(sensing.kind[m], i, place - i, begin, motion, sensing, run)
         for axis in range(2 if both else 1):
-            error = row_of(axis, i, place - i, begin, m, motion, sensing, run, work)
+            error = row_of(axis, pose, i, place - i, begin, m, motion, sensing, run, work)
             sum_row(sensing.weight[m], sensing.along, run, work, filled)
             residual[m, axis] = error * sensing.weight[m]
             if rows.shape[2] == 0:
@@ -142,7 +143,7 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
     _project(basis, used, work)
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _take_off(axis, m, filled, known, work):
     """Take what is known off a row of the batch, as ``identify.innovations`` says."""
     width, size = work.batch.shape[1], work.states.shape[0]
@@ -160,7 +161,7 @@ def _take_off(axis, m, filled, known, work):
         store(work.batch, filled * width + o, new * (root / sigma))
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _carry(m, known, work):
     """Carry what is known on to a sample from the one before."""
     width, places, by = work.batch.shape[1], known.places, known.carried
@@ -176,7 +177,7 @@ def _carry(m, known, work):
             work.states[d, a] = work.after[d, a]
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _take(batch, moment, last):
     """Add the products of the rows of a batch to the upper triangle of the moments."""
     width = batch.shape[1]

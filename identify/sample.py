@@ -11,7 +11,7 @@ from numba import njit
 from identify.aligned import zeros
 from identify.innovations import Filter
 from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
-from identify.simd import HELPER, load, splat, store
+from identify.simd import INLINED, load, splat, store
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -85,7 +85,7 @@ def work_for(width: int, basis: int = 0, states: int = 0) -> Work:
     )  # fmt: skip
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def sum_row(weight, along, run, work, filled):
     """Put the sum of the row's summands, times ``weight``, in its place in the batch."""
     width, place, by = work.batch.shape[1], work.place, work.weight
@@ -100,7 +100,7 @@ def sum_row(weight, along, run, work, filled):
         store(work.batch, filled * width + o, total * weight)
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _add(source, place, weight, work):
     """One more summand of the row."""
     k = work.counts[source]
@@ -108,7 +108,7 @@ def _add(source, place, weight, work):
     work.counts[source] = k + 1
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _state(j, factor, i, x, h, work):
     """Tangents of state ``j`` between the grid points: cubic for what integrates a velocity, else quadratic."""
     width = work.batch.shape[1]
@@ -125,7 +125,7 @@ def _state(j, factor, i, x, h, work):
         _add(np.int64(1), here, factor * x * (1 - x) * h, work)
 
 
-@njit(**HELPER)
+@njit(**INLINED)
 def _interpolated(j, i, x, begin, motion, run):
     """State ``j`` and its rate between the grid points, as ``_state`` its tangents."""
     states, rates, h = run.states, run.rates, motion.h
@@ -152,51 +152,73 @@ def _interpolated(j, i, x, begin, motion, run):
     return z, (1 - 2 * x) * rates[i, j] + 2 * x * (there - here) / h
 
 
-@njit(**HELPER)
-def row_of(axis, i, x, begin, m, motion, sensing, run, work):
+@njit(**INLINED)
+def pose_at(kind, i, x, begin, motion, sensing, run):
+    """Heading and yaw rate, each with its rate, and cosine and sine of the heading, as far as the kind needs them."""
+    sensor, used = sensing.sensor, sensing.used
+    psi = turn = r = change = s = 0.0
+    c = 1.0
+    if kind in (YAW_RATE, VELOCITY) or used[5]:
+        r, change = _interpolated(np.int64(5), i, x, begin, motion, run)
+    if kind in (HEADING, VELOCITY) or _armed(sensor, used):
+        psi, turn = _interpolated(np.int64(2), i, x, begin, motion, run)
+    if kind in (POSITION, VELOCITY) and _armed(sensor, used):
+        c, s = math.cos(psi), math.sin(psi)
+    return psi, turn, r, change, c, s
+
+
+@njit(**INLINED)
+def _armed(sensor, used):
+    """Whether the antenna is away from the origin, or may be."""
+    return sensor[3] != 0.0 or sensor[4] != 0.0 or used[3] or used[4]
+
+
+@njit(**INLINED)
+def row_of(axis, pose, i, x, begin, m, motion, sensing, run, work):
     """Error of one measurement (along ``axis``, where it has two); what its derivatives are summed from is noted."""
     sensor, used, k = sensing.sensor, sensing.used, sensing.kind[m]
     width, h = work.batch.shape[1], motion.h
     heading, turning, one = np.int64(2), np.int64(5), np.int64(1)
     for q in range(SOURCES):
         work.counts[q] = 0
-    r = change = 0.0
-    if k in (YAW_RATE, VELOCITY) or used[5]:
-        r, change = _interpolated(turning, i, x, begin, motion, run)
+    psi, turn, r, change, c, s = pose
     if k == YAW_RATE:
         _state(turning, sensor[2], i, x, h, work)
-        _add(np.int64(2), one * width, 1.0, work)
-        _add(np.int64(2), 2 * width, r, work)
-        _add(np.int64(2), 7 * width, -sensor[2] * change, work)
+        _by_sensor(1, 1.0, sensing, work)
+        _by_sensor(2, r, sensing, work)
+        _by_sensor(7, -sensor[2] * change, sensing, work)
         return sensing.value[m, 0] - (sensor[2] * r + sensor[1])
-    psi, turn = _interpolated(heading, i, x, begin, motion, run)
     if k == HEADING:
         _state(heading, 1.0, i, x, h, work)
-        _add(np.int64(2), 0 * width, 1.0, work)
-        _add(np.int64(2), 6 * width, -turn, work)
+        _by_sensor(0, 1.0, sensing, work)
+        _by_sensor(6, -turn, sensing, work)
         return sensing.value[m, 0] - (psi + sensor[0])
-    c, s = math.cos(psi), math.sin(psi)
     # where the antenna is from the origin, north and east, and what a turn moves it by
     ahead, aside = c * sensor[3] - s * sensor[4], s * sensor[3] + c * sensor[4]
     at, arm, x_arm, y_arm = (ahead, -aside, c, -s) if axis == 0 else (aside, ahead, s, c)
     place, speed = _interpolated(axis, i, x, begin, motion, run)
     if k == POSITION:
         _state(axis, 1.0, i, x, h, work)
-        _state(heading, arm, i, x, h, work)
-        if used[3] or used[4]:
-            _add(np.int64(2), 3 * width, x_arm, work)
-            _add(np.int64(2), 4 * width, y_arm, work)
-        if used[5]:
-            _add(np.int64(2), 5 * width, -(speed + arm * r), work)
+        if _armed(sensor, used):
+            _state(heading, arm, i, x, h, work)
+        _by_sensor(3, x_arm, sensing, work)
+        _by_sensor(4, y_arm, sensing, work)
+        _by_sensor(5, -(speed + arm * r), sensing, work)
         return sensing.value[m, axis] - (place + at)
     here = (i * NX + axis) * width
     _add(one, here, 1 - x, work)
     _add(one, here + NX * width, x, work)
-    _state(turning, arm, i, x, h, work)
-    _state(heading, -at * r, i, x, h, work)
-    if used[3] or used[4]:
-        _add(np.int64(2), 3 * width, r * (-s if axis == 0 else c), work)
-        _add(np.int64(2), 4 * width, r * (-c if axis == 0 else -s), work)
-    if used[8]:
-        _add(np.int64(2), 8 * width, -(run.rates[i + 1, axis] - run.rates[i, axis]) / h, work)
+    if _armed(sensor, used):
+        _state(turning, arm, i, x, h, work)
+        _state(heading, -at * r, i, x, h, work)
+    _by_sensor(3, r * (-s if axis == 0 else c), sensing, work)
+    _by_sensor(4, r * (-c if axis == 0 else -s), sensing, work)
+    _by_sensor(8, -(run.rates[i + 1, axis] - run.rates[i, axis]) / h, sensing, work)
     return sensing.value[m, axis] - (speed + arm * r)
+
+
+@njit(**INLINED)
+def _by_sensor(which, weight, sensing, work):
+    """One more summand of the row, where any column moves this parameter of the sensors."""
+    if sensing.used[which]:
+        _add(np.int64(2), which * work.batch.shape[1], weight, work)

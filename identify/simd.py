@@ -27,9 +27,9 @@ COMPILED = {
     "error_model": "numpy",
     "fastmath": {"contract", "nsz"},
 }
-#: The same for what only compiled code calls, and for what is best written out where it is called.
-HELPER = COMPILED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-INLINED = HELPER | {"forceinline": True}
+#: The same for what only compiled code calls, written out where it is called: a call would hand over every array of
+#: its tuples, word by word.
+INLINED = COMPILED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 
 _INDEX = ir.IntType(32)
 _FLAGS = ("contract", "nsz")
