@@ -52,6 +52,8 @@ def test_a_current_is_found_with_its_speed_and_direction(tmp_path):
     # Not positions: inputs logged ten times a second leave a free-running heading a random walk of its own.
     before, after = found.validation_before.channels, found.validation_after.channels
     assert all(after[c].rmse < 0.5 * before[c].rmse for c in "uvr")
+    alone = run(load_campaign(tmp_path), loop=False).validation_before.channels
+    assert all(before[c].rmse == pytest.approx(alone[c].rmse, rel=1e-3) for c in "uvr"), "looked for or not"
 
 
 @pytest.mark.slow

@@ -88,22 +88,19 @@ def analyse(
         outcome = replace(outcome, fitted=begun_in(outcome.fitted, prepared.validate))
     windowed = _windowed(estimator, optimiser)
     declared = _nearest_bare(declared, outcome) if windowed else declared
-    after = outcome.fitted if outcome and outcome.standing else declared
     progress("validate", "", 0.0)
-    far = windowed and _far(declared, outcome)
+    far = windowed and declared.is_far
     if far:
         progress("validate", "whole logs", 0.05)
-        declared, after = _followed(prepared, declared, outcome)
+        declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
+    after = _after(prepared, declared, outcome, far)
     progress("validate", "unseen logs", 0.7)
     if outcome and outcome.standing:
         outcome, after = _borne_out(prepared, declared, outcome, after)
     if outcome and after is outcome.fitted:
         outcome = surely(outcome)
         declared = _nearest_bare(declared, outcome) if windowed else declared
-        after = outcome.fitted if outcome.standing else declared
-    if windowed and not far and _far(declared, outcome):  # what was found was taken back
-        progress("validate", "whole logs", 0.75)
-        declared, after = _followed(prepared, declared, outcome)
+        after = _after(prepared, declared, outcome, far)
     near = _nearest(after, outcome)
     waves = waves_of(near) if loop else None
     if waves is None:
@@ -130,10 +127,13 @@ def analyse(
     )  # fmt: skip
 
 
-def _followed(prepared: Prepared, declared: Fitted, outcome: Outcome | None) -> tuple[Fitted, Fitted]:
-    """Fits that follow whole logs as well as they can, where nothing that was found brings the model near the noise."""
-    declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
-    return declared, _rewired(prepared, outcome) if outcome and outcome.wiring else declared
+def _after(prepared: Prepared, declared: Fitted, outcome: Outcome | None, far: bool) -> Fitted:
+    """The fit with what was found; with the wiring alone put right, where it alone stands, far from the noise."""
+    if outcome is None or not outcome.standing:
+        return declared
+    if far and outcome.fitted.is_far and all(s.active.effect.rewire for s in outcome.standing):
+        return _rewired(prepared, outcome)
+    return outcome.fitted
 
 
 def _nearest_bare(declared: Fitted, outcome: Outcome | None) -> Fitted:
@@ -223,15 +223,6 @@ def _borne_out(
 def _windowed(estimator: str, optimiser: str) -> bool:
     """Whether the declared model was fitted as the loop fits."""
     return _estimator(estimator) == "output_error" and _optimiser(optimiser) == "gauss_newton"
-
-
-def _far(declared: Fitted, outcome: Outcome | None) -> bool:
-    """Whether nothing was found, or a wiring alone that does not bring the model near the noise."""
-    if not declared.is_far:
-        return False
-    if outcome is None or not outcome.standing:
-        return True
-    return outcome.fitted.is_far and all(s.active.effect.rewire for s in outcome.standing)
 
 
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:

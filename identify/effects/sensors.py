@@ -69,7 +69,7 @@ CLOCK_OFFSET = Effect(
     "receiver's position.",
     "Look up the sensor's latency; log a common event; use the receiver's own time.",
     "Groves 2013, sec. 14.4",
-    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0)),),
+    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0)),),
     sensor=lambda p, o: SensorShift(clock={str(o["stream"]): p["offset"]}),
     variants=_sensor_streams,
 )  # fmt: skip
@@ -80,7 +80,7 @@ CLOCK_OFFSET_INPUTS = Effect(
     "The inputs' stamps are late or early against the sensors'.",
     "Log a common event; look at the logger's queue.",
     "Groves 2013, sec. 14.4",
-    parameters=(Parameter("offset", "s", 0.1, (-5.0, 5.0), starts=(0.25, -0.25, 1.0)),),
+    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0), starts=(0.25, -0.25, 1.0)),),
     input_delay=lambda p: -p["offset"],
     variants=lambda s: [Variant(options={"stream": "inputs"})] if s.inputs else [],
 )  # fmt: skip
