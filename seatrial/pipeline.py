@@ -16,7 +16,7 @@ from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.blas import one_blas_thread
-from seatrial.campaign import Campaign, LogEntry, with_options
+from seatrial.campaign import Campaign, LogEntry, check_slices, with_options
 from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
@@ -217,7 +217,14 @@ def read_entry(entry: LogEntry, dbc: Path | None = None) -> Log:
 
 
 def runs_of(campaign: Campaign, logs: Sequence[Log]) -> list[LoggedRun]:
-    """The logs with what the campaign says of each."""
+    """The logs with what the campaign says of each.
+
+    Raises
+    ------
+    CampaignError
+        A slice lies wholly outside its log.
+    """
+    check_slices(campaign, logs)
     return [
         LoggedRun(
             name=entry.path,

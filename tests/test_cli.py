@@ -144,6 +144,15 @@ def test_a_wrong_campaign_is_status_2_and_one_sentence(cli, folder, old, new, sa
     assert not (folder / "results").exists()
 
 
+def test_a_slice_outside_of_its_log_is_status_2(cli, folder):
+    (folder / "campaign.toml").write_text(CAMPAIGN + "slice = [100.0, 110.0]")
+    status, _, err = cli("run", folder, "--quiet")
+    assert status == 2
+    assert one_sentence(err)
+    assert "campaign.toml: [[log]] 1 (run.csv) slice: expected [from, to]" in err
+    assert "from 0 to 59.9 s, found the list [100.0, 110.0]" in err
+
+
 def test_a_campaign_that_is_not_there_is_status_2(cli, folder):
     status, _, err = cli("run", folder / "campain.toml")
     assert status == 2
