@@ -21,6 +21,8 @@ from preprocess.vessel import Input, Vessel
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+#: What is said where nothing can be identified on.
+NO_STRETCH = "no log to identify on has an unbroken stretch of five seconds with position and heading."
 #: Differences in time that are not looked at, s.
 NEGLIGIBLE = 0.015
 #: A receiver's errors wander if they do in this share of the logs, and in so many.
@@ -50,18 +52,30 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     NotIdentifiable
         Where no trial has the role identify or none is long enough.
     """
-    trials = with_common_inputs(with_pooled_noise(_as_predicted(trials, model)), held)
+    trials = with_common_inputs(with_pooled_noise(_as_predicted(_usable(trials), model)), held)
     used = [t for t in trials if t.role == "identify"]
-    h = step_for(trials[0].vessel.length) if trials else 0.1
+    h = step_for(trials[0].vessel.length)
     identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
     if not identify:
-        raise NotIdentifiable(
-            "no log to identify on has an unbroken stretch of five seconds with position and heading."
-        )
+        raise NotIdentifiable(NO_STRETCH)
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
     validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, notes, _digest(used))
+
+
+def _usable(trials: Sequence[Trial]) -> list[Trial]:
+    """The trials without the logs, or parts by role, of which nothing can be used: these say nothing of any sensor.
+
+    Raises
+    ------
+    NotIdentifiable
+        Where none to identify on is left.
+    """
+    found = {(t.name, t.role) for t in trials if t.segments}
+    if not any(role == "identify" for _, role in found):
+        raise NotIdentifiable(NO_STRETCH)
+    return [t for t in trials if (t.name, t.role) in found]
 
 
 def _as_predicted(trials: Sequence[Trial], model: str) -> list[Trial]:

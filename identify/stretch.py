@@ -19,6 +19,7 @@ from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
 from identify.swell import Swell, path_of
 from preprocess.eso_motion import bandwidths_of
+from preprocess.gaps import LEAST_SECONDS
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -206,7 +207,7 @@ def step_for(length: float) -> float:
     return 0.1 * max(1.0, min(math.sqrt(length / 5.0), 5.0))
 
 
-def stretches_of(trial: Trial, h: float, least: float = 5.0) -> list[Stretch]:
+def stretches_of(trial: Trial, h: float, least: float = LEAST_SECONDS) -> list[Stretch]:
     """Cut a trial into stretches; those shorter than ``least`` seconds are left out."""
     found = [_stretch(trial, a, b, h) for a, b in trial.segments if b - a >= least]
     return [s for s in found if s is not None]

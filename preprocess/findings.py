@@ -53,7 +53,9 @@ def said(
     """Sentences for the report."""
     out = []
     if not segments:
-        out.append("No unbroken stretch with both position and heading: nothing of this log can be used.")
+        out.append(
+            "No unbroken stretch of five seconds with both position and heading: nothing of this log can be used."
+        )
     if len(segments) > 1:
         out.append(f"Split into {len(segments)} stretches where too much was missing to bridge.")
     for name, j in judged.items():

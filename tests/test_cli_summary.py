@@ -49,6 +49,13 @@ def test_findings_of_a_kind_are_said_once_with_their_log(results):
     assert len(list(finding_lines(results, most=None))) > 5
 
 
+def test_what_cannot_be_used_is_said_before_anything_else(results):
+    *others, last = results.trials
+    left_out = replace(last, segments=(), findings=("Nothing of this log can be used.",))
+    first, *_ = finding_lines(replace(results, trials=(*others, left_out)))
+    assert first.endswith("2_01.dat: Nothing of this log can be used.")
+
+
 @pytest.mark.parametrize(
     ("names", "shown"),
     [

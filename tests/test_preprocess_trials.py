@@ -253,6 +253,13 @@ def test_a_log_that_is_one_gap_gives_an_empty_trial_that_says_so():
     assert any("nothing of this log" in f for f in trial.findings)
 
 
+def test_a_log_of_less_than_five_seconds_says_so():
+    """So short a stretch is never identified or validated on."""
+    (trial,) = trials(slice=(10.0, 14.6))
+    assert trial.segments == ()
+    assert any("stretch of five seconds" in f and "nothing of this log" in f for f in trial.findings)
+
+
 def test_intervals():
     assert covered(np.array([0.0, 1.0, 2.0, 9.0, 10.0]), 3.0) == [(0.0, 2.0), (9.0, 10.0)]
     assert intersect([(0.0, 5.0), (6.0, 9.0)], [(4.0, 7.0)]) == [(4.0, 5.0), (6.0, 7.0)]

@@ -222,6 +222,18 @@ def test_without_effects_there_is_no_before(tmp_path):
     assert entities.prediction(NAME, "u", "after") in chunks
 
 
+def test_a_log_without_anything_to_draw_is_no_end(results, tmp_path):
+    name, states = f"logs/{NAME}", [c for c in results.predictions[f"logs/{NAME}"] if c not in ("t", "role")]
+    empty = results.predictions[name].assign(**dict.fromkeys(states, np.nan))
+    idle = replace(results.trials[0], states=results.trials[0].states.assign(x=np.nan, y=np.nan), segments=())
+    without = replace(
+        results, predictions={**results.predictions, name: empty}, trials=(idle, *results.trials[1:])
+    )
+    write_recording(without, tmp_path / "x.rrd")
+    other = next(n for n in results.predictions if n != name).removeprefix("logs/")
+    assert entities.prediction(other, "u", "after") in read(tmp_path / "x.rrd")
+
+
 def with_gaps(results):
     """The same with nothing known of one channel for a while, as across a gap."""
     name = f"logs/{NAME}"

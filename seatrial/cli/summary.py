@@ -91,7 +91,7 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
     """What was noticed while preprocessing and fitting; of sentences that differ in numbers alone, the first."""
     found: dict[str, list[str]] = {}
-    for t in results.trials:
+    for t in sorted(results.trials, key=lambda t: bool(t.segments)):  # first what cannot be used
         found.setdefault(t.name, []).extend(t.findings)
     shown = short_names([t.name for t in results.trials])
     lines = [finding_line(by_log, shown) for by_log in kinds(found).values()]

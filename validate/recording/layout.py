@@ -74,7 +74,7 @@ def plan(view: LogView, name: str = "Plan, north up (m)") -> rrb.Spatial2DView:
 
 
 def log_tab(view: LogView) -> rrb.Horizontal:
-    """Plan and inputs to the left; predictions with residuals, and signals, to the right."""
+    """Plan and inputs to the left; predictions with residuals, and signals, to the right, as far as there are any."""
     root = log_root(view.name)
     flat: list[rrb.View] = [plan(view)]
     if view.has_map:
@@ -87,9 +87,10 @@ def log_tab(view: LogView) -> rrb.Horizontal:
                           for c in view.channels), name="Residuals")  # fmt: skip
     signals = rrb.Grid(*(plot(view, f"signals/{s}", f"{s}: raw, cleaned, smoothed", 0.45)
                          for s in view.signals), name="Signals", grid_columns=2)  # fmt: skip
-    both = [c for c in (channels, rest, signals) if c.contents]
-    right = rrb.Tabs(*both, active_tab=0)
-    return rrb.Horizontal(left, right, column_shares=[2, 3], name=drawable(view.name))
+    shown = [c for c in (channels, rest, signals) if c.contents]
+    right = [rrb.Tabs(*shown, active_tab=0)] if shown else []
+    shares = [2, 3][: 1 + len(right)]
+    return rrb.Horizontal(left, *right, column_shares=shares, name=drawable(view.name))
 
 
 def overview(views: list[LogView]) -> rrb.Horizontal:
