@@ -14,6 +14,7 @@ from identify.reference_speed import with_speed_from_motion
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
+from preprocess.findings import without_numbers
 from preprocess.rounding import input_step
 from preprocess.trial import Trial
 from preprocess.vessel import Input, Vessel
@@ -23,6 +24,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: What is said where nothing can be identified on.
 NO_STRETCH = "no log to identify on has an unbroken stretch of five seconds with position and heading."
+#: Logs that are named where none can be used.
+MOST_SAID = 3
 #: Differences in time that are not looked at, s.
 NEGLIGIBLE = 0.015
 #: A receiver's errors wander if they do in this share of the logs, and in so many.
@@ -74,8 +77,14 @@ def _usable(trials: Sequence[Trial]) -> list[Trial]:
     """
     found = {(t.name, t.role) for t in trials if t.segments}
     if not any(role == "identify" for _, role in found):
-        raise NotIdentifiable(NO_STRETCH)
+        raise NotIdentifiable(_why_none([t for t in trials if t.role == "identify"]))
     return [t for t in trials if (t.name, t.role) in found]
+
+
+def _why_none(trials: Sequence[Trial]) -> str:
+    """What is said where none of these can be used: inputs that say nothing, else that all are too short."""
+    silent = [f"{t.name}: {words}" for t in trials for words in without_numbers(t.inputs.values())]
+    return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}." if silent else NO_STRETCH
 
 
 def _as_predicted(trials: Sequence[Trial], model: str) -> list[Trial]:

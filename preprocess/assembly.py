@@ -14,7 +14,7 @@ from preprocess.chains import Segments, Stream
 from preprocess.clocks import beyond_order, clock_offsets
 from preprocess.commands import feedback_noise, judge_input
 from preprocess.driven import smooth_heading
-from preprocess.findings import longest_kind, manoeuvres_of, said
+from preprocess.findings import longest_kind, manoeuvres_of, said, without_numbers
 from preprocess.gaps import find_segments, widened
 from preprocess.inertial import with_accelerations
 from preprocess.judge import Judged, judge
@@ -67,7 +67,8 @@ def process(
     """
     judged = with_turns({k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()})
     inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
-    segments = find_segments(judged, vessel)
+    silent = without_numbers(inputs.values())
+    segments = () if silent else find_segments(judged, vessel)
     wanted = sensor_times(judged)
     beside = widened(segments, judged)
     speed = rough_speed(judged["position"])
@@ -98,7 +99,7 @@ def process(
     offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
-    findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth))
+    findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth, silent))
     rudders = {k: inputs[k] for k, raw in g.inputs.items() if raw.source.quantity == "rudder"}
     made, observed = motion(smoothing or Smoothing(), track, heading, segments, rudders)
     history = (

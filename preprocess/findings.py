@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import pandas as pd
 
@@ -41,6 +41,11 @@ def longest_kind(found: Sequence[Found]) -> str | None:
     return max(total, key=lambda k: total[k], default=None)
 
 
+def without_numbers(inputs: Iterable[Measurement]) -> list[str]:
+    """Return the inputs that say nothing, each in words: what acted cannot be known."""
+    return [f"{m.name} (signal '{m.source}') has no number" for m in inputs if not m.good.any()]
+
+
 def said(
     judged: Mapping[str, Judged],
     segments: Segments,
@@ -49,10 +54,11 @@ def said(
     wander: Wander | None = None,
     words: Mapping[str, Word] | None = None,
     worth: Worth | None = None,
+    silent: Sequence[str] = (),
 ) -> list[str]:
     """Sentences for the report."""
-    out = []
-    if not segments:
+    out = [f"{words}: nothing of this log can be used." for words in silent]
+    if not segments and not silent:
         out.append(
             "No unbroken stretch of five seconds with both position and heading: nothing of this log can be used."
         )

@@ -260,6 +260,13 @@ def test_a_log_of_less_than_five_seconds_says_so():
     assert any("stretch of five seconds" in f and "nothing of this log" in f for f in trial.findings)
 
 
+def test_a_log_with_an_input_without_a_number_says_so():
+    silent = table(T, ["c1"], np.full((len(T), 1), np.nan))
+    (trial,) = trials(simple_log(OUT=silent))
+    assert trial.segments == ()
+    assert trial.findings[0] == "motor (signal 'OUT.c1') has no number: nothing of this log can be used."
+
+
 def test_intervals():
     assert covered(np.array([0.0, 1.0, 2.0, 9.0, 10.0]), 3.0) == [(0.0, 2.0), (9.0, 10.0)]
     assert intersect([(0.0, 5.0), (6.0, 9.0)], [(4.0, 7.0)]) == [(4.0, 5.0), (6.0, 7.0)]

@@ -86,7 +86,9 @@ def _place_velocity(table: pd.DataFrame, trial: Trial) -> None:
 
 
 def held_at(m: Measurement, t: FloatArray) -> FloatArray:
-    """The latest logged value of an input at each time."""
+    """The latest logged value of an input at each time; NaN where it has none at all."""
+    if not len(m.t):
+        return np.full(len(t), np.nan)
     rows = np.clip(np.searchsorted(m.t, t + 1e-9, side="right") - 1, 0, len(m.t) - 1)
     return np.asarray(m.value[rows], dtype=float)
 
