@@ -242,7 +242,7 @@ def _drift(trial: Trial) -> Drift | None:
 
 def _wind(trial: Trial, grid: FloatArray) -> FloatArray:
     wind = trial.measurements.get("wind")
-    if wind is None:
+    if wind is None or not wind.good.any():
         return np.zeros((len(grid) - 1, 2))
     middle = 0.5 * (grid[1:] + grid[:-1])
     good = wind.good

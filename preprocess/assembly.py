@@ -223,6 +223,8 @@ def air(j: Judged, made: Measurement, table: pd.DataFrame) -> Measurement:
     if not j.raw.relative:
         return _air(made, frames.wind_to_air_velocity(speed, direction))
     known = table.dropna(subset=["psi", "u"])
+    if known.empty:
+        return replace(made, good=np.zeros(len(made.t), dtype=bool))
     psi, u, v = (
         np.interp(j.raw.t, known["t"], known[k], left=np.nan, right=np.nan) for k in ("psi", "u", "v")
     )

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from preprocess_samples import table
 
+from identify.stretch import stretches_of
 from ingest.errors import CampaignError, MissingQuantity, MissingSignal
 from ingest.log import Log, Source
 from preprocess import frames
@@ -220,6 +221,19 @@ def test_wind_is_the_velocity_of_the_air():
     # from ahead at 5 m/s while going 1.5 m/s at 0.5 rad: the air itself goes 3.5 m/s the other way
     expected = -3.5 * np.array([np.cos(0.5), np.sin(0.5)])
     np.testing.assert_allclose(np.median(trial.measurements["wind"].value, axis=0), expected, atol=0.05)
+
+
+def test_a_relative_wind_without_a_motion_to_take_off_is_not_used():
+    wind = table(T, ["speed", "from_deg"], np.tile([5.0, 0.0], (len(T), 1)))
+    signals = {"speed": "WIND.speed", "direction": "WIND.from_deg"}
+    relative = SENSORS | {"wind": Sensor("wind", signals, "deg", reference="relative")}
+    sparse = simple_log().tables["GPS"].iloc[::60]
+    (trial,) = trials(simple_log(WIND=wind, GPS=sparse), sensors=relative)
+    assert trial.segments == ()
+    assert not trial.measurements["wind"].good.any()
+    (whole,) = trials()
+    calm = replace(whole, measurements=whole.measurements | {"wind": trial.measurements["wind"]})
+    assert not stretches_of(calm, 0.1)[0].wind.any()
 
 
 def test_offset_and_latency_are_taken_off():
