@@ -105,6 +105,14 @@ WRONG = [
         "north",
         None,
     ),
+    (
+        "[model]",
+        "[sensors.heading]\nlatency = 1e5\n[model]",
+        "[sensors.heading] latency",
+        "at most 60 (how late the time stamps are, s",
+        "100000.0",
+        None,
+    ),
     ("[model]", "[can]\ndbc = 'v.dbc'\n[model]", "[can] dbc", "a DBC file", "no file", None),
     (
         'path = "a.csv"',

@@ -34,6 +34,7 @@ EXPECTED: Mapping[str, str] = {
     "string_too_short": "text that is not empty",
     "greater_than": "a number above {gt:g}",
     "greater_than_equal": "a number of at least {ge:g}",
+    "less_than_equal": "a number of at most {le:g}",
     "too_short": "a list of at least {min_length} numbers",
     "too_long": "a list of at most {max_length} numbers",
     "literal_error": "one of {expected}",

@@ -11,6 +11,7 @@ NotNegative = Annotated[float, Field(ge=0)]
 Point = Annotated[list[float], Field(min_length=2, max_length=2)]
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Curve = Annotated[list[float], Field(min_length=2)]
+Latency = Annotated[float, Field(ge=-60.0, le=60.0)]
 Text = Annotated[str, Field(min_length=1)]
 Device = Annotated[int, Field(ge=0)]
 
@@ -77,7 +78,7 @@ class SensorTable(Table):
 
     unit: Text | None = optional("unit of the values, or of the angle among them")
     source: Device | None = optional("device address, system id or instance")
-    latency: float | None = Field(
+    latency: Latency | None = Field(
         default=None,
         description="how late the time stamps are, s (of a velocity: else as its receiver's position)",
     )
