@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -14,6 +15,7 @@ from preprocess.trial import Measurement
 from validate.diagnosis import ChannelScore
 from validate.report import report_of, report_schema
 from validate.report.contents import gaps
+from validate.report.names import file_names
 from validate.report.schema import to_json
 
 
@@ -86,6 +88,19 @@ def test_a_log_whose_last_third_validates_is_one_entry_with_both_roles(example):
     logs = report_of(replace(example, trials=parts)).logs
     assert [(entry.path, entry.role) for entry in logs[:1]] == [("logs/zigzag0.nmea", "both")]
     assert logs[0].signals[0].outliers == 2 * report_of(example).logs[0].signals[0].outliers
+
+
+@pytest.mark.parametrize("campaign", ["campaign.toml", "harbour/campaign.toml", "/data/campaign.toml"])
+def test_logs_of_one_name_in_two_folders_are_told_apart(campaign):
+    results, names = example_results(logs=2, duration=5.0), ("sub/c.csv", "c.csv")
+    trials = tuple(replace(t, name=n) for t, n in zip(results.trials, names, strict=True))
+    logs = tuple(
+        replace(log, path=Path(campaign).parent / n, messages=m)
+        for log, n, m in zip(results.logs, names, (1, 2), strict=True)
+    )
+    found = report_of(replace(results, campaign=campaign, logs=logs, trials=trials)).logs
+    assert [(log.path, log.messages) for log in found] == [("sub/c.csv", 1), ("c.csv", 2)]
+    assert file_names(names) == {"sub/c.csv": "sub_c.csv", "c.csv": "c.csv"}
 
 
 def test_gaps_are_counted_against_the_sample_time():

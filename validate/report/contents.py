@@ -76,7 +76,8 @@ def logs_with_trials(results: Results) -> list[tuple[str, Log | None, list[Trial
     named: dict[str, list[Trial]] = {}
     for trial in results.trials:
         named.setdefault(trial.name, []).append(trial)
-    found = {name: _log_of(name, results.logs) for name in named}
+    folder, at = PurePath(results.campaign).parent, {PurePath(log.path): log for log in results.logs}
+    found = {name: at.get(folder / name) or _log_of(name, results.logs) for name in named}
     used = {id(log) for log in found.values()}
     rest = [(log.path.name, log, list[Trial]()) for log in results.logs if id(log) not in used]
     return [(name, found[name], trials) for name, trials in named.items()] + rest
