@@ -11,7 +11,8 @@
     └── DataError             exit status 1: the data cannot give an answer
         ├── UnreadableLog         no usable record in the file
         ├── MissingQuantity       no position, or no heading
-        └── NotIdentifiable       nothing can be identified from these trials
+        ├── NotIdentifiable       nothing can be identified from these trials
+        └── NothingToValidate     no log, or part of one, is left to validate on
 """
 
 from __future__ import annotations
@@ -107,3 +108,16 @@ class MissingQuantity(DataError):
 
 class NotIdentifiable(DataError):
     """The trials cannot identify the model that was asked for."""
+
+
+class NothingToValidate(DataError):
+    """No log, or part of one, is left to validate on; ``divided``: where the last third of each log is to validate."""
+
+    def __init__(self, path: Path, divided: bool) -> None:
+        self.path, self.divided = path, divided
+        whose = "the last third of no log" if divided else 'no log with role = "validate"'
+        longer = "Use logs that last for more than 15 s, or give" if divided else "Give"
+        super().__init__(
+            f"{path}: nothing is left to validate on: {whose} has an unbroken stretch of five seconds with position, "
+            f'heading and inputs. {longer} role = "validate" to a log that has one; --no-loop identifies without.'
+        )

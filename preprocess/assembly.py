@@ -99,7 +99,8 @@ def process(
     offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
-    findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth, silent))
+    part = "log" if g.run.role else "part of the log"
+    findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth, silent, part))
     rudders = {k: inputs[k] for k, raw in g.inputs.items() if raw.source.quantity == "rudder"}
     made, observed = motion(smoothing or Smoothing(), track, heading, segments, rudders)
     history = (

@@ -55,13 +55,11 @@ def said(
     words: Mapping[str, Word] | None = None,
     worth: Worth | None = None,
     silent: Sequence[str] = (),
+    part: str = "log",
 ) -> list[str]:
-    """Sentences for the report."""
-    out = [f"{words}: nothing of this log can be used." for words in silent]
-    if not segments and not silent:
-        out.append(
-            "No unbroken stretch of five seconds with both position and heading: nothing of this log can be used."
-        )
+    """Sentences for the report; ``part``: what they are about."""
+    broken = () if segments else ("No unbroken stretch of five seconds with both position and heading",)
+    out = [f"{reason}: nothing of this {part} can be used." for reason in silent or broken]
     if len(segments) > 1:
         out.append(f"Split into {len(segments)} stretches where too much was missing to bridge.")
     for name, j in judged.items():

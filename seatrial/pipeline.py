@@ -20,6 +20,7 @@ from seatrial.campaign import Campaign, LogEntry, check_slices, with_options
 from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
+from seatrial.remarks import remarks_on, require_unseen
 from seatrial.results_folder import check_replaceable, in_place
 from validate.diagnosis import Diagnosis, Results, Verdict
 
@@ -89,7 +90,10 @@ def _results(
 ) -> Results:
     """From the bytes of the logs to what is known of the vessel."""
     logs = read_logs(campaign, workers, watch)
-    trials = _trials(campaign, logs, watch, by_response=not loop)
+    runs = runs_of(campaign, logs)
+    trials = _trials(campaign, runs, watch, by_response=not loop)
+    if loop:
+        require_unseen(campaign.path, runs, trials)
     from validate.analysis import analyse  # compiled code: loaded once the data are known to be good
 
     chosen = chosen_model(trials, campaign.model, watch, loop=loop)
@@ -128,6 +132,7 @@ def _results(
         timing_s=watch.timing(),
         equations=found.equations,
         papers=found.papers,
+        remarks=remarks_on(runs, trials),
     )
 
 
@@ -140,14 +145,14 @@ def _stands(chosen: ChosenModel, diagnosis: Diagnosis | None) -> bool:
 
 
 def _trials(
-    campaign: Campaign, logs: Sequence[Log], watch: Stopwatch, by_response: bool
+    campaign: Campaign, runs: Sequence[LoggedRun], watch: Stopwatch, by_response: bool
 ) -> tuple[Trial, ...]:
     """The trials of a campaign's logs."""
     with watch.during("preprocess"):
         sensors = {s.quantity: s for s in campaign.sensors}
         return make_trials(
-            runs_of(campaign, logs), campaign.vessel, campaign.inputs, sensors, partial(watch, "preprocess"),
-            campaign.smoothing, by_response=by_response,
+            runs, campaign.vessel, campaign.inputs, sensors, partial(watch, "preprocess"), campaign.smoothing,
+            by_response=by_response,
         )  # fmt: skip
 
 

@@ -140,6 +140,8 @@ class Results:
         The fitted equations (after), one per degree of freedom, as text.
     papers : tuple of str
         References that this run rests on.
+    remarks : tuple of str
+        What a person should know of the logs together, as sentences.
     """
 
     campaign: str
@@ -155,3 +157,4 @@ class Results:
     timing_s: Mapping[str, float] = field(default_factory=dict)
     equations: tuple[str, ...] = ()
     papers: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()

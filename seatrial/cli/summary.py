@@ -89,15 +89,16 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
 
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
-    """What was noticed while preprocessing and fitting; of sentences that differ in numbers alone, the first."""
+    """What was noticed of the logs and while fitting; of sentences that differ in numbers alone, the first."""
     found: dict[str, list[str]] = {}
     for t in sorted(results.trials, key=lambda t: bool(t.segments)):  # first what cannot be used
         found.setdefault(t.name, []).extend(t.findings)
     shown = short_names([t.name for t in results.trials])
-    lines = [finding_line(by_log, shown) for by_log in kinds(found).values()]
+    lines = [*results.remarks, *(finding_line(by_log, shown) for by_log in kinds(found).values())]
     lines += dict.fromkeys(results.after.notes)
     if most is None:
-        lines = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings] + [*results.after.notes]
+        own = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings]
+        lines = [*results.remarks, *own, *results.after.notes]
     yield from (f"  · {finding_words(line)}" for line in lines[:most])
     if most is not None and len(lines) > most:
         yield f"  · and {len(lines) - most} more in report.html"

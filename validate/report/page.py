@@ -156,7 +156,7 @@ def evidence(results: Results) -> dict[str, Any]:
     return {
         "logs": [(entry, manoeuvres(trials)) for entry, (_, _, trials) in zip(entries, logs, strict=True)],
         "signals": signal_rows(entries),
-        "noticed": noticed(logs),
+        "noticed": [*([("The logs together", results.remarks)] if results.remarks else []), *noticed(logs)],
         "plots": plots,
         "not_drawn": [name for name, _ in drawn[PLOTTED:]],
         "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:3]] if plots else [],

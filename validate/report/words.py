@@ -234,11 +234,17 @@ def error_words(results: Results) -> str:
     return "no error on unseen logs can be given"
 
 
+def is_validated(results: Results) -> bool:
+    """Whether any log, or part of one, was left to validate on."""
+    return any(log.role == "validate" for log in results.validation_after.logs)
+
+
 def headline(results: Results) -> str:
     """The answer in one sentence."""
     found, model = results.diagnosis, results.after.model
     if found is None:
-        return f"The model {model} was fitted and validated; what it lacks was not searched for."
+        seen = " and validated" if is_validated(results) else ", but nothing was left to validate it on"
+        return f"The model {model} was fitted{seen}; what it lacks was not searched for."
     effects = joined(effect_words(e.fitted, errors=False) for e in found.effects) or "what is named below"
     if found.verdict is Verdict.ADEQUATE:
         return f"The model {model} lacks nothing that these data can show."
