@@ -1,4 +1,4 @@
-"""What is said of the logs of a campaign together: nothing to validate on."""
+"""What is said of the logs of a campaign together: nothing to validate on, copies, overlaps."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +14,11 @@ from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
 from seatrial import load_campaign, run
 from seatrial.cli.summary import finding_lines
-from seatrial.remarks import not_validated, require_unseen
+from seatrial.remarks import not_validated, overlaps, require_unseen, same_records
 from validate.report.page import evidence
 from validate.report.words import headline
+
+STARTS = {"a": 0.0, "b": 60.0, "c": 130.0}
 
 
 def logged(name, role="identify", seed=0, **more):
@@ -24,6 +26,38 @@ def logged(name, role="identify", seed=0, **more):
     t = pd.Index(np.arange(0, 100_000_000_001, 10**9), name="t_ns")
     table = pd.DataFrame({"x": np.random.default_rng(seed).normal(size=len(t))}, index=t)
     return LoggedRun(name, Log(Path(name), "csv", {"": table}, utc_ns=more.pop("utc_ns", None)), role, **more)
+
+
+@pytest.mark.parametrize(
+    ("roles", "said"),
+    [
+        (("identify", "validate"), "a and b hold the same records: predicting one is no test of the other."),
+        (("identify", "identify"), "a and b hold the same records: what they say counts more than once."),
+        ((None, None), "a and b hold the same records: what they say counts more than once."),
+    ],
+)
+def test_copies_are_said(roles, said):
+    a, b = map(logged, "ab", roles)
+    assert list(same_records([a, logged("c", seed=1), b])) == [said]
+    three = said.replace("a and b", "a, b and d").replace("the other", "another")
+    assert list(same_records([a, b, logged("d", roles[0])])) == [three]
+    halves = [replace(r, slice=s) for r, s in zip((a, b), ((0.0, 50.0), (50.0, 100.0)), strict=True)]
+    assert not list(same_records(halves))
+
+
+def test_logs_in_one_anothers_time_are_counted():
+    a, b, c = (logged(n, seed=k, start=STARTS[n]) for k, n in enumerate("abc"))
+    (said,) = overlaps([a, b, c], STARTS)
+    assert said.startswith("a and b overlap by 40 s in campaign time (2 such pairs in all): check `start`")
+    assert not list(overlaps([a, c], STARTS))
+    assert not list(overlaps([a, replace(b, slice=(50.0, 60.0))], STARTS))
+
+
+def test_logs_whose_times_nobody_knows_do_not_overlap_and_copies_are_said_once():
+    a, b = (logged(n, seed=k) for k, n in enumerate("ab"))
+    assert not list(overlaps([a, b], {}))
+    assert not list(overlaps([a, replace(b, log=a.log, start=10.0)], {"b": 10.0}))
+    assert list(overlaps([logged("a", utc_ns=1), logged("b", seed=1, utc_ns=1)], {}))
 
 
 @pytest.fixture
