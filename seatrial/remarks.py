@@ -15,9 +15,15 @@ FOLLOWING = 1.0
 
 
 def remarks_on(runs: Sequence[LoggedRun], trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Whether any log is left to validate on, and which are not independent of each other."""
+    """How the logs were divided, whether any is left to validate on, and which are not independent of each other."""
     starts = {t.name: t.start for t in trials}
-    return (*not_validated(trials), *same_records(runs), *overlaps(runs, starts))
+    return (*divided(runs), *not_validated(trials), *same_records(runs), *overlaps(runs, starts))
+
+
+def divided(runs: Sequence[LoggedRun]) -> Iterator[str]:
+    """That no log validates as a whole."""
+    if all(run.role is None for run in runs):
+        yield 'No log has role = "validate": the last third of each was held back to validate on.'
 
 
 def is_left(trials: Sequence[Trial], role: str) -> bool:

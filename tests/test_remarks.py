@@ -1,4 +1,4 @@
-"""What is said of the logs of a campaign together: nothing to validate on, copies, overlaps."""
+"""What is said of the logs of a campaign together: divided, nothing to validate on, copies, overlaps."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
 from seatrial import load_campaign, run
 from seatrial.cli.summary import finding_lines
-from seatrial.remarks import not_validated, overlaps, require_unseen, same_records
+from seatrial.remarks import divided, not_validated, overlaps, require_unseen, same_records
 from validate.report.page import evidence
 from validate.report.words import headline
 
@@ -26,6 +26,11 @@ def logged(name, role="identify", seed=0, **more):
     t = pd.Index(np.arange(0, 100_000_000_001, 10**9), name="t_ns")
     table = pd.DataFrame({"x": np.random.default_rng(seed).normal(size=len(t))}, index=t)
     return LoggedRun(name, Log(Path(name), "csv", {"": table}, utc_ns=more.pop("utc_ns", None)), role, **more)
+
+
+def test_that_no_log_validates_as_a_whole_is_one_line():
+    assert "the last third of each" in "".join(divided([logged("a", None), logged("b", None)]))
+    assert not list(divided([logged("a"), logged("b", "validate")]))
 
 
 @pytest.mark.parametrize(
