@@ -66,7 +66,7 @@ def process(
         Tell clocks by a model of the response too.
     """
     judged = with_turns({k: judge(cut(raw, bounds)) for k, raw in g.sensors.items()})
-    inputs = {k: judge_input(cut(raw, bounds)) for k, raw in g.inputs.items()}
+    inputs = {k: judge_input(cut(raw, from_the_last(raw.t, bounds))) for k, raw in g.inputs.items()}
     silent = without_numbers(inputs.values())
     segments = () if silent else find_segments(judged, vessel)
     wanted = sensor_times(judged)
@@ -153,6 +153,12 @@ def cut(raw: Raw, bounds: tuple[float, float]) -> Raw:
     """Return the samples between the bounds."""
     keep = (raw.t >= bounds[0]) & (raw.t <= bounds[1])
     return kept(raw, keep)
+
+
+def from_the_last(t: FloatArray, bounds: tuple[float, float]) -> tuple[float, float]:
+    """Bounds from the last of an input's times (n,) s before them: that value still acts."""
+    before = t[t < bounds[0]]
+    return float(before[-1]) if len(before) else bounds[0], bounds[1]
 
 
 def sensor_times(judged: Mapping[str, Judged]) -> FloatArray:

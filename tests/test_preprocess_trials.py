@@ -68,6 +68,13 @@ def test_without_roles_the_last_third_validates():
     assert second.states["t"].min() == pytest.approx(2 / 3 * 39.8, abs=0.3)
 
 
+def test_an_order_given_before_a_part_acts_in_it():
+    once = table(np.zeros(1), ["c1"], np.full((1, 1), 1700.0))
+    for part in trials(simple_log(OUT=once), role=None):
+        assert part.segments
+        assert part.inputs["motor"].value.tolist() == [0.5]
+
+
 def test_slice_and_start():
     (trial,) = trials(slice=(10.0, 30.0), start=100.0, manoeuvre="straight", depth=3.0)
     assert trial.states["t"].min() >= 10.0
