@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ingest.errors import DataError, UsageError
 from seatrial.campaign.load import FILENAME
+from seatrial.writable import check_folder
 
 
 def demo_source() -> Path:
@@ -43,9 +44,8 @@ def copy_demo(out: Path) -> Path:
         ``out`` holds something else.
     """
     source = demo_source()
+    check_folder(out, "--out")
     own = {p.name for p in source.iterdir()} | {"results"}
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"--out: expected a folder, found the file {out}.")
     foreign = sorted(p.name for p in out.iterdir() if p.name not in own) if out.exists() else []
     if foreign:
         raise UsageError(f"--out: {out} holds '{foreign[0]}', which is not of the demo. Give a new folder.")

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from ingest.errors import SeatrialError, UsageError
 from seatrial.campaign import load_campaign
-from seatrial.campaign.load import campaign_file
+from seatrial.campaign.load import bytes_of, campaign_file
 from seatrial.parallel import Done, Failure, map_tasks
+from seatrial.writable import check_file, check_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,7 +86,7 @@ def _results_of(file: Path, files: Sequence[Path], folder: Path | None) -> Path:
 def key_of(file: Path, options: Options) -> str:
     """Digest of the campaign's text, its folder's files (names, sizes, times) and the options."""
     sha = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    sha.update(file.read_bytes())
+    sha.update(bytes_of(file))
     for log in logs_of(file):
         facts = log.stat()
         sha.update(f"{log.name} {facts.st_size} {facts.st_mtime_ns}".encode())
@@ -223,8 +224,8 @@ def checked_summary(path: Path) -> Path:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"--out: expected a file {' or '.join(SUFFIXES)}, found '{path.name}'.")
-    if not path.absolute().parent.is_dir():
-        raise UsageError(f"--out: the folder {path.absolute().parent} is not there.")
+    check_file(path, "--out")
+    check_folder(path.absolute().parent, "--out")
     return path
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ingest.errors import UsageError
+from seatrial.writable import check_file
 
 if TYPE_CHECKING:
     from identify.simulate import Manoeuvre
@@ -17,7 +18,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def checked_picture(path: Path) -> Path:
-    """The path itself, if a picture can have that name.
+    """The path itself, if a picture can be written there.
 
     Raises
     ------
@@ -25,8 +26,7 @@ def checked_picture(path: Path) -> Path:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"--out: expected a picture ({', '.join(SUFFIXES)}), found '{path.name}'.")
-    if not path.absolute().parent.is_dir():
-        raise UsageError(f"--out: the folder {path.absolute().parent} is not there.")
+    check_file(path, "--out")
     return path
 
 

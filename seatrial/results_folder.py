@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ingest.errors import UsageError
+from seatrial.writable import check_folder
 
 #: Everything that a results folder holds.
 CONTENTS = frozenset({"report.json", "report.html", "model.json", "recording.rrd", "predictions", "trial"})
@@ -21,6 +21,7 @@ def check_replaceable(folder: Path) -> None:
     ------
     UsageError
     """
+    check_folder(folder.absolute().parent, "--out")
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out: expected a folder, found the file {folder}.")
     there = folder.iterdir() if folder.exists() else ()
@@ -28,9 +29,6 @@ def check_replaceable(folder: Path) -> None:
     if foreign:
         lost = f"{folder} holds '{foreign[0]}', which is no result and would be lost"
         raise UsageError(f"--out: {lost}. Give another folder.")
-    parent = next(p for p in folder.absolute().parents if p.exists())
-    if not os.access(parent, os.W_OK):
-        raise UsageError(f"--out: {parent} cannot be written to. Give another folder.")
 
 
 @contextmanager

@@ -63,10 +63,19 @@ def names_in(folder: Path, pattern: str = "*") -> list[str]:
     return sorted(p.name for p in folder.glob(pattern) if p.is_file()) if folder.is_dir() else []
 
 
+def bytes_of(file: Path) -> bytes:
+    """The bytes of the file, if they may be read."""
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        raise UsageError(f"{file}: the campaign cannot be read ({reason}).") from error
+
+
 def parsed(file: Path) -> dict[str, Any]:
     """The file's tables as plain Python."""
     try:
-        return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+        return tomllib.loads(bytes_of(file).decode("utf-8-sig"))
     except tomllib.TOMLDecodeError as error:
         what, _, where = str(error).rpartition(" (at ")
         place = where.rstrip(")") if what else "the file"

@@ -15,6 +15,7 @@ from ingest.log import Finding
 from ingest.ros.records import Batch, Channel, Contents, batches
 from seatrial.capture.recording_file import Message, RecordingFile
 from seatrial.capture.records import ChannelSpec
+from seatrial.writable import check_file
 
 #: Messages of so many bytes make a chunk.
 CHUNK_BYTES = 1 << 18
@@ -53,11 +54,12 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
     Raises
     ------
     UsageError
-        There is no such file, or ``out`` is there.
+        There is no such file, or ``out`` is there or cannot be written.
     UnreadableLog
         It holds no message.
     """
     out = out or path.with_name(f"{path.stem}-recovered.mcap")
+    check_file(out, "--out")
     if not path.is_file():
         raise UsageError(f"{path}: there is no such file.")
     if out.exists():

@@ -43,9 +43,10 @@ def command(
     from seatrial.campaign.options import check_name
     from seatrial.cli.stage_lines import StageLines
     from seatrial.manoeuvre_plot import checked_picture
+    from seatrial.writable import check_file
 
     if out is not None:
-        checked_picture(out)
+        check_file(checked_picture(out).with_suffix(".csv"), "--out")
     chosen = {
         option: [check_name(option, n) for n in _names(text)]
         for option, text in (("model", model), ("estimator", estimator), ("optimiser", optimiser))

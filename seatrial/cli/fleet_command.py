@@ -48,11 +48,14 @@ def command(
     from seatrial.campaign.options import check_name
     from seatrial.cli.stage_lines import StageLines
     from seatrial.fleet_run import Options, campaigns_in, checked_summary, fleet, voyages
+    from seatrial.writable import check_folder
 
     for option, name in (("model", model), ("estimator", estimator), ("optimiser", optimiser)):
         if name is not None:
             check_name(option, name)
     options = Options(model, estimator, optimiser, seed, not no_loop)
+    if results is not None:
+        check_folder(results, "--results")
     planned = voyages(campaigns_in(campaigns), options, results)
     with StageLines(quiet=quiet, lines=False) as progress:
         progress("fleet", "", 0.0)

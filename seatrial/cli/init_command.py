@@ -23,7 +23,9 @@ def command(
     from seatrial.campaign.load import FILENAME
     from seatrial.cli.stage_lines import StageLines
     from seatrial.initial import initial_campaign
+    from seatrial.writable import check_folder
 
+    check_folder(folder, "DIR")
     file = folder / FILENAME
     if file.exists():
         raise UsageError(f"{file} is there already; `seatrial init` does not overwrite it.")

@@ -29,7 +29,7 @@ def identify_recorded(
     from seatrial.online.recorded import batches, recorded_log
     from seatrial.online.running import Running
 
-    check_online(campaign, state)
+    check_online(campaign, state, model)
     if not file.is_file():
         raise UsageError(f"{file}: there is no such file.")
     if forget_minutes is not None and not forget_minutes > 0:

@@ -62,9 +62,12 @@ def command(
 
     from identify.simulate import parse_order, simulate
     from seatrial.cli.stage_lines import StageLines
+    from seatrial.manoeuvre_plot import checked_picture, plot_manoeuvres
     from seatrial.models import load_model
     from seatrial.operating_point import with_operating_point
 
+    if out is not None:
+        checked_picture(out)
     fit = with_operating_point(load_model(model), model)
     if length is not None:
         from identify.similar import similar
@@ -86,8 +89,6 @@ def command(
             progress("simulate", order.title, len(done) / len(orders))
             done.append(simulate(fit, order, seed))
     if out is not None:
-        from seatrial.manoeuvre_plot import plot_manoeuvres
-
         plot_manoeuvres(done, fit.vessel.length, out)
     if json:
         typer.echo(text.dumps([_as_data(m) for m in done], indent=1, ensure_ascii=False))

@@ -9,6 +9,7 @@ from seatrial.campaign.build import campaign_of
 from seatrial.campaign.data import Campaign
 from seatrial.campaign.load import campaign_file, checked, parsed
 from seatrial.campaign.options import with_options
+from seatrial.writable import check_file, check_folder
 
 #: Estimators of the campaign that the on-line estimate stands for.
 OUTPUT_ERROR = ("auto", "output_error")
@@ -35,14 +36,16 @@ def declared_campaign(path: Path, model: str | None = None) -> Campaign:
     return campaign
 
 
-def check_online(campaign: Path, state: Path | None) -> None:
+def check_online(campaign: Path, state: Path | None, model: Path | None = None) -> None:
     """Check what an identification needs before anything is begun.
 
     Raises
     ------
     UsageError
-        The campaign is wrong, or the state cannot be kept where it is to be.
+        The campaign is wrong, or the state or the model cannot be kept where it is to be.
     """
     declared_campaign(campaign)
-    if state is not None and not state.parent.is_dir():
-        raise UsageError(f"{state}: the folder {state.parent} is not there; make it first.")
+    for path, option in ((state, "--state"), (model, "--model")):
+        if path is not None:
+            check_file(path, option)
+            check_folder(path.absolute().parent, option)
