@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 from ingest.errors import DataError, UsageError
@@ -26,12 +26,13 @@ def demo_source() -> Path:
 
 
 def copy_demo(out: Path) -> Path:
-    """Copy the demo campaign.
+    """Copy the demo campaign; no file that is there is written over.
 
     Parameters
     ----------
     out : Path
-        A new folder, an empty one, or one that holds a copy from before.
+        A new folder, an empty one, or one that holds a copy from before; what was changed in the campaign of a copy
+        stays.
 
     Returns
     -------
@@ -41,15 +42,38 @@ def copy_demo(out: Path) -> Path:
     Raises
     ------
     UsageError
-        ``out`` holds something else.
+        ``out`` holds something else, or cannot be written to.
     """
-    source = demo_source()
     check_folder(out, "--out")
-    own = {p.name for p in source.iterdir()} | {"results"}
-    foreign = sorted(p.name for p in out.iterdir() if p.name not in own) if out.exists() else []
+    files = demo_files()
+    foreign = foreign_in(out, files)
     if foreign:
-        raise UsageError(f"--out: {out} holds '{foreign[0]}', which is not of the demo. Give a new folder.")
-    shutil.copytree(
-        source, out, dirs_exist_ok=True, ignore=shutil.ignore_patterns(".*", "__pycache__", "results")
-    )
+        raise UsageError(
+            f"--out: {out} holds '{foreign[0]}', which is not the demo's own. Give a new folder."
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():
+        if not (out / name).exists():
+            (out / name).write_bytes(data)
     return out / FILENAME
+
+
+def demo_files() -> dict[str, bytes]:
+    """The demo's files by name."""
+    source = demo_source()
+    return {p.name: p.read_bytes() for p in source.iterdir() if p.is_file() and not p.name.startswith(".")}
+
+
+def foreign_in(folder: Path, files: Mapping[str, bytes]) -> list[str]:
+    """What is in a folder and not the demo's own; beside all its logs, the campaign may have been changed."""
+    there = {p.name: p for p in folder.iterdir()} if folder.exists() else {}
+    own = {
+        n for n, data in files.items() if n in there and there[n].is_file() and there[n].read_bytes() == data
+    }
+    editable = {FILENAME} if own >= set(files) - {FILENAME} else set()
+    return sorted(set(there) - own - editable - {"results"})
+
+
+def is_changed(campaign: Path) -> bool:
+    """Whether the campaign of a copy is not the demo's any more."""
+    return campaign.read_bytes() != (demo_source() / FILENAME).read_bytes()

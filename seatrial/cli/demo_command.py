@@ -29,11 +29,13 @@ def command(
     from seatrial.campaign import load_campaign
     from seatrial.cli.stage_lines import StageLines
     from seatrial.cli.summary import print_summary
-    from seatrial.demonstration import copy_demo
+    from seatrial.demonstration import copy_demo, is_changed
 
     campaign = load_campaign(copy_demo(out))
     if not quiet:
         typer.echo(STORY, err=True)
+        if is_changed(campaign.path):
+            typer.echo(f"{campaign.path} was changed, and is run as it stands.", err=True)
     from seatrial.pipeline import run
 
     with StageLines(quiet=quiet) as progress:
