@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ingest.errors import UsageError
+from ingest.errors import UsageError, nearest
 from ingest.log import Log
 
 CAMPAIGN = "campaign.toml"
@@ -26,10 +26,38 @@ class ReaderChoice:
     told_by: Path | None = None
 
     def read(self, path: Path) -> Log:
-        """The log at ``path``, read as chosen."""
+        """The log at ``path``, read as chosen; every topic that was asked for is in it."""
         from ingest import read_log
 
-        return read_log(path, format=self.format, dialect=self.dialect, topics=self.topics, dbc=self.dbc)
+        log = read_log(path, format=self.format, dialect=self.dialect, topics=self.topics, dbc=self.dbc)
+        for topic in self.topics or ():
+            if not any(name == topic or name.startswith(f"{topic}[") for name in log.tables):
+                raise no_such_topic(path, topic, replace(self, topics=None).read(path).tables)
+        return log
+
+
+def no_such_topic(path: Path, topic: str, tables: Iterable[str]) -> UsageError:
+    """The error for a topic that a log does not have, with the nearest ones."""
+    known = sorted(filter(None, tables))
+    there = f"Nearest there: {', '.join(nearest(topic, known) or known[:5])}." if known else "It has none."
+    return UsageError(f"--topic: expected a topic of {path}, found '{topic}'. {there}")
+
+
+def checked_dbc(path: Path) -> Path:
+    """The path itself, if a file is there.
+
+    Raises
+    ------
+    UsageError
+    """
+    if path.is_file():
+        return path
+    there = [p.name for p in path.parent.glob("*") if p.is_file()]
+    near = nearest(path.name, there)
+    hint = f" Nearest there: {', '.join(near)}." if near else ""
+    raise UsageError(
+        f"--dbc: expected a DBC file, found {'a folder' if path.is_dir() else 'none'} at {path}.{hint}"
+    )
 
 
 def dialect_of(pairs: Sequence[str]) -> dict[str, object]:

@@ -11,7 +11,7 @@ import pytest
 from ingest.errors import UsageError
 from seatrial.cli.inspect_command import as_json
 from seatrial.inspection import inspect_log
-from seatrial.reader_choice import ReaderChoice, chosen_for, dialect_of
+from seatrial.reader_choice import ReaderChoice, checked_dbc, chosen_for, dialect_of
 
 ROWS = "\n".join(
     f"{0.1 * i:.1f} {i * 0.5:.2f} {i * 0.25:.2f} {i % 360} {10 * np.sin(i / 9):.3f}" for i in range(50)
@@ -24,6 +24,10 @@ def log(tmp_path):
     path = tmp_path / "run.dat"
     path.write_text(f"basin 3, run 12\nby hand\n{ROWS}\n")
     return path
+
+
+def sentence(body):
+    return f"${body}*{reduce(lambda a, c: a ^ ord(c), body, 0):02X}\r\n"
 
 
 def names(facts):
@@ -69,9 +73,6 @@ def test_a_broken_campaign_beside_the_log_is_no_obstacle(log, text):
 
 
 def test_what_a_receiver_says_of_itself_is_shown(tmp_path):
-    def sentence(body):
-        return f"${body}*{reduce(lambda a, c: a ^ ord(c), body, 0):02X}\r\n"
-
     lines = []
     for i in range(40):
         clock, quality = f"1200{i:02d}.00", "4,14,0.8" if i % 4 else "0,03,99.9"
@@ -96,3 +97,20 @@ def test_a_column_that_is_not_filled_in_every_line_has_a_rate_of_its_own(tmp_pat
     assert found["Jet nozzle [deg]"].rate_hz == pytest.approx(10.0, rel=0.01)
     assert found["Lat [deg] + Lon [deg]"].rate_hz == pytest.approx(5.0, rel=0.01)
     assert found["SOG [kn] + COG [deg]"].unit == "kn, deg"
+
+
+def test_a_topic_that_is_not_in_the_log(tmp_path, log):
+    path = tmp_path / "fix.nmea"
+    path.write_text("".join(sentence(f"GPZDA,1200{k:02d}.00,26,05,2026,00,00") for k in range(9)))
+    assert list(ReaderChoice(topics=("ZDA",)).read(path).tables) == ["ZDA"]
+    with pytest.raises(UsageError, match=r"--topic: .*found 'ZDE'\. Nearest there: ZDA"):
+        ReaderChoice(topics=("ZDA", "ZDE")).read(path)
+    with pytest.raises(UsageError, match=r"found 'ZDA'\. It has none"):
+        ReaderChoice(topics=("ZDA",)).read(log)
+
+
+def test_a_dbc_file_that_is_not_there(log):
+    (log.parent / "boat.dbc").write_text("")
+    assert checked_dbc(log.parent / "boat.dbc").name == "boat.dbc"
+    with pytest.raises(UsageError, match=r"found none at .*Nearest there: boat\.dbc"):
+        checked_dbc(log.parent / "baot.dbc")

@@ -39,9 +39,10 @@ def command(
     """
     from seatrial.cli.stage_lines import StageLines
     from seatrial.inspection import inspect_log
-    from seatrial.reader_choice import ReaderChoice, chosen_for, dialect_of
+    from seatrial.reader_choice import ReaderChoice, checked_dbc, chosen_for, dialect_of
 
-    asked = ReaderChoice(format, dialect_of(dialect or ()), tuple(topic) if topic else None, dbc)
+    known_dbc = None if dbc is None else checked_dbc(dbc)
+    asked = ReaderChoice(format, dialect_of(dialect or ()), tuple(topic) if topic else None, known_dbc)
     facts = []
     for path in logs:
         choice = chosen_for(path, asked)
