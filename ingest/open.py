@@ -42,7 +42,7 @@ def read_log(
     format : str, optional
         Name of a reader, where detection must be overruled.
     dialect : mapping, optional
-        Delimited text: ``columns``, ``skip``, ``delimiter``, ``encoding``;
+        Delimited text: ``columns``, ``skip``, ``delimiter``, ``decimal``, ``encoding``;
         MAVLink: ``{"mavlink": "common"}``.
     topics : iterable of str, optional
         Decode only these.

@@ -20,7 +20,8 @@ class ReadOptions:
     Attributes
     ----------
     dialect : mapping
-        Delimited text: ``columns``, ``skip``, ``delimiter``, ``encoding``; MAVLink: ``{"mavlink": "common"}``.
+        Delimited text: ``columns``, ``skip``, ``delimiter``, ``decimal``, ``encoding``;
+        MAVLink: ``{"mavlink": "common"}``.
     topics : frozenset of str, optional
         Decode only these topics.
     dbc : Path, optional

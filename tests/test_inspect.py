@@ -11,7 +11,7 @@ import pytest
 from ingest.errors import UsageError
 from seatrial.cli.inspect_command import as_json
 from seatrial.inspection import inspect_log
-from seatrial.reader_choice import ReaderChoice, checked_dbc, chosen_for, dialect_of
+from seatrial.reader_choice import KEYS, ReaderChoice, checked_dbc, chosen_for, dialect_of
 
 ROWS = "\n".join(
     f"{0.1 * i:.1f} {i * 0.5:.2f} {i * 0.25:.2f} {i % 360} {10 * np.sin(i / 9):.3f}" for i in range(50)
@@ -114,3 +114,13 @@ def test_a_dbc_file_that_is_not_there(log):
     assert checked_dbc(log.parent / "boat.dbc").name == "boat.dbc"
     with pytest.raises(UsageError, match=r"found none at .*Nearest there: boat\.dbc"):
         checked_dbc(log.parent / "baot.dbc")
+
+
+def test_what_inspect_reads_a_campaign_can_be_told_to_read(log):
+    from seatrial.campaign.tables import DialectTable
+
+    assert set(KEYS) == set(DialectTable.model_fields)
+    log.write_text("t;north;heading_deg\n" + "".join(f"{k};{k},5;{k}\n" for k in range(9)))
+    told = DialectTable.model_validate({"decimal": ","}).model_dump(exclude_none=True)
+    table = ReaderChoice(dialect=told).read(log).tables[""]
+    assert table["north"].tolist()[:2] == [0.5, 1.5]

@@ -174,6 +174,7 @@ class DialectTable(Table):
     columns: Text | None = optional("names of the columns, separated by blanks")
     skip: Annotated[int, Field(ge=0)] | None = optional("lines to skip at the top")
     delimiter: Text | None = optional("what separates the columns")
+    decimal: Literal[".", ","] | None = optional("decimal mark, where detection must be overruled")
     encoding: Text | None = optional("text encoding")
     mavlink: Text | None = optional("MAVLink dialect")
 
