@@ -6,9 +6,13 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ingest.errors import UsageError, nearest
 from ingest.log import Log
+
+if TYPE_CHECKING:
+    from seatrial.campaign.faults import Fault
 
 CAMPAIGN = "campaign.toml"
 #: What a dialect may say; ``mavlink`` names a dialect of MAVLink.
@@ -66,15 +70,40 @@ def dialect_of(pairs: Sequence[str]) -> dict[str, object]:
     Raises
     ------
     UsageError
-        For a text without ``=``, or a key that there is not.
+        For a text without ``=``, a key that there is not, or a value that a campaign may not have either.
     """
     out: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not equals or key.strip() not in KEYS:
             raise UsageError(f"--dialect: expected KEY=VALUE, found '{pair}'. Keys: {', '.join(KEYS)}.")
-        out[key.strip()] = value.encode().decode("unicode_escape") if key.strip() == "delimiter" else value
+        out[key.strip()] = as_written(key.strip(), value)
+    for fault in faults_of_dialect(out)[:1]:
+        raise UsageError(f"--dialect {fault.place[-1]}: expected {fault.expected}, found {fault.found}.")
     return out
+
+
+def as_written(key: str, value: str) -> object:
+    """A value as a campaign would have it: a number of lines as a number, a tab as a tab."""
+    if key == "skip" and value.strip().isdecimal():
+        return int(value)
+    return value.replace("\\t", "\t") if key == "delimiter" else value
+
+
+def faults_of_dialect(dialect: Mapping[str, object]) -> list[Fault]:
+    """What a campaign would find wrong with a dialect."""
+    if not dialect:
+        return []
+    from pydantic import ValidationError
+
+    from seatrial.campaign.faults import faults_of
+    from seatrial.campaign.rules import dialect_faults
+    from seatrial.campaign.tables import DialectTable
+
+    try:
+        return list(dialect_faults((), DialectTable.model_validate(dialect)))
+    except ValidationError as error:
+        return faults_of(error)
 
 
 def chosen_for(path: Path, asked: ReaderChoice) -> ReaderChoice:

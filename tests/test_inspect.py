@@ -47,6 +47,25 @@ def test_a_dialect_that_there_is_not(pair):
         dialect_of([pair])
 
 
+@pytest.mark.parametrize(
+    ("pair", "said"),
+    [
+        ("skip=x", "--dialect skip: expected a whole number, found 'x'"),
+        ("skip=-1", "--dialect skip: expected a whole number, found '-1'"),
+        ("decimal=;", "--dialect decimal: expected one of"),
+        ("encoding=utf-9", "--dialect encoding: expected a text encoding"),
+        ("columns=", "--dialect columns: expected text that is not empty"),
+    ],
+)
+def test_a_value_that_a_dialect_cannot_have(pair, said):
+    with pytest.raises(UsageError, match=said):
+        dialect_of([pair])
+
+
+def test_a_tab_may_be_written_as_in_programs():
+    assert dialect_of(["delimiter=\\t", "skip=3"]) == {"delimiter": "\t", "skip": 3}
+
+
 def test_a_campaign_beside_the_log_says_how_to_read_it(log):
     (log.parent / "campaign.toml").write_text(
         '[[log]]\npath = "other.csv"\n[[log]]\npath = "run.dat"\nformat = "csv"\n'

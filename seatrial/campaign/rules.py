@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from seatrial.campaign.faults import Fault, found, nearest_one
 from seatrial.campaign.input_rules import input_faults
 from seatrial.campaign.sensor_rules import sensor_faults
-from seatrial.campaign.tables import CampaignTable, LogTable
+from seatrial.campaign.tables import CampaignTable, DialectTable, LogTable
 from seatrial.names import ESTIMATORS, MODELS, OPTIMISERS
 
 
@@ -72,12 +72,14 @@ def faults_of_log(place: tuple[int | str, ...], log: LogTable) -> Iterator[Fault
         yield Fault((*place, "slice"), "[from, to] with 0 ≤ from < to, s", found(log.slice))
     if log.format is not None:
         yield from unknown_name((*place, "format"), "a log format", log.format, format_names())
-    if log.dialect.encoding is not None and not is_encoding(log.dialect.encoding):
-        yield Fault(
-            (*place, "dialect", "encoding"),
-            "a text encoding such as utf-8 or cp1252",
-            found(log.dialect.encoding),
-        )
+    yield from dialect_faults((*place, "dialect"), log.dialect)
+
+
+def dialect_faults(place: tuple[int | str, ...], dialect: DialectTable) -> Iterator[Fault]:
+    """Faults of a dialect."""
+    if dialect.encoding is not None and not is_encoding(dialect.encoding):
+        expected = "a text encoding such as utf-8 or cp1252"
+        yield Fault((*place, "encoding"), expected, found(dialect.encoding))
 
 
 def format_names() -> tuple[str, ...]:
