@@ -42,6 +42,8 @@ def prime_coefficients(fit: Fit, speed: float | None = None) -> tuple[Estimated,
 
 def reference_speed(fit: Fit, speed: float | None = None) -> float:
     """The speed asked for, or the model's own, m/s; UsageError without either."""
+    if speed is not None and not speed > 0:
+        raise UsageError(f"the speed to refer to must be positive, found {speed:g} m/s.")
     found = fit.u0 if speed is None else speed
     if not found or found <= 0:
         raise UsageError("the model says no speed to refer to: give one (--speed).")

@@ -20,7 +20,7 @@ from identify.simulate.spiral import measure_spiral, run_spiral
 from identify.simulate.stopping import measure_stopping, run_stopping
 from identify.simulate.zigzag import measure_zigzag, run_zigzag
 from identify.stretch import step_for
-from ingest.errors import DataError, UsageError
+from ingest.errors import DataError, UsageError, nearest
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -116,6 +116,7 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
 def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
     """The vessel of a fit, its approach speed and throttle, and sentences about what had to be assumed."""
     whole = rebuild(fit)
+    _check_log(order.log, whole.structure.setting.logs)
     rebuilt = whole.keeping(lambda a: _belongs(a, order))
     left = [a.label for a in whole.structure.actives if not _belongs(a, order)]
     notes = [f"Left out, since they are not the vessel's: {', '.join(left)}."] if left else []
@@ -128,6 +129,17 @@ def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
     plant = Plant(rebuilt, helm, 1.0, step_for(fit.vessel.length), order.log or "", order.helm_rate)
     plant, said = _approach(plant, order, bool(fit.typical_inputs))
     return _turned_to_starboard(plant, order), notes + said
+
+
+def _check_log(name: str | None, known: tuple[str, ...]) -> None:
+    """A log that no effect names has no loading or depth of its own: it may be misspelt."""
+    if name is None or name in known:
+        return
+    there = f"it names {', '.join(nearest(name, known) or known[:5])}" if known else "it names none"
+    raise UsageError(
+        f"manoeuvre: no effect of this model names the log '{name}'; {there}. "
+        "Without a log, the loading and depth of all others hold."
+    )
 
 
 def _belongs(active: Active, order: Order) -> bool:

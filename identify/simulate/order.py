@@ -43,7 +43,7 @@ class Order:
     samples : int
         Draws from the parameters' covariance for the uncertainty; 0 for none.
     log : str, optional
-        The log whose loading and depth are simulated, where the model has such effects.
+        The log whose loading and depth are simulated, of those that an effect names; by default those of all others.
     conditions : bool
         Keep current and wind as they were identified; by default the sea is calm.
     """
@@ -111,6 +111,9 @@ def checked(order: Order) -> Order:
         )
     if not order.helm_delay >= 0.0:
         raise UsageError(f"manoeuvre: the helm cannot move {-order.helm_delay:g} s before it is asked to.")
+    if order.helm_rate is not None and not order.helm_rate > 0.0:
+        found = f"{math.degrees(order.helm_rate):g}°/s"
+        raise UsageError(f"manoeuvre: the rate of the helm must be positive, found {found}.")
     if order.speed is not None and not order.speed > 0.0:
         raise UsageError(f"manoeuvre: the approach speed must be positive, found {order.speed:g} m/s.")
     return order

@@ -29,7 +29,9 @@ def command(
         float, typer.Option(min=0.0, help="From a zigzag's heading to the helm's first movement, s.")
     ] = 0.0,
     port: Annotated[bool, typer.Option("--port", help="To port (first).")] = False,
-    log: Annotated[str | None, typer.Option(help="Log whose loading and depth hold.")] = None,
+    log: Annotated[
+        str | None, typer.Option(help="Log whose loading and depth hold, of those that an effect names.")
+    ] = None,
     conditions: Annotated[
         bool, typer.Option("--conditions", help="Keep the current and the wind that were found.")
     ] = False,
@@ -74,10 +76,10 @@ def command(
 
         fit = similar(fit, length)
     if prime:
-        _print_prime(fit, speed or None, json)
+        _print_prime(fit, speed, json)
         return
     changes = {
-        "speed": speed or None, "log": log, "conditions": conditions, "samples": samples, "helm_delay": helm_delay,
+        "speed": speed, "log": log, "conditions": conditions, "samples": samples, "helm_delay": helm_delay,
     }  # fmt: skip
     orders = [
         dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
@@ -128,7 +130,9 @@ def _with(order: Order, port: bool, helm_rate: float | None) -> Order:
     import math
 
     return dataclasses.replace(
-        order, side=-1 if port else order.side, helm_rate=math.radians(helm_rate) if helm_rate else None
+        order,
+        side=-1 if port else order.side,
+        helm_rate=None if helm_rate is None else math.radians(helm_rate),
     )
 
 

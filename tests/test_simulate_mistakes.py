@@ -1,0 +1,41 @@
+"""What `simulate` is told and cannot do, and model files that are none: said, not left out."""
+
+from __future__ import annotations
+
+import pytest
+from identification_samples import PROPELLER, RUDDER
+from test_simulate import BLANKE, blanke, fit_of
+from typer.testing import CliRunner
+
+from identify.fit import Estimated, FittedEffect
+from identify.simulate import Order, simulate
+from ingest.errors import UsageError
+from seatrial.cli.app import make_app
+from validate.report.model_file import write_model
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ("--speed", "approach speed must be positive"),
+        ("--helm-rate", "rate of the helm must be positive"),
+        ("--log", "names the log '0'; it names none"),
+        ("--prime --speed", "refer to must be positive"),
+    ],
+)
+def test_an_option_that_cannot_be_is_said_and_not_left_out(tmp_path, option, said):
+    write_model(blanke(), tmp_path / "model.json")
+    words = ["simulate", str(tmp_path / "model.json"), "circle 35", *option.split(), "0", "--samples", "0"]
+    found = CliRunner().invoke(make_app(), words).exception
+    assert isinstance(found, UsageError)
+    assert said in str(found)
+
+
+def test_a_log_whose_loading_holds_is_one_that_an_effect_names():
+    ratio = Estimated("", "ratio", 1.5, 0.01, "1")
+    loaded = FittedEffect("mass_change", None, (ratio,), {"logs": ["heavy.csv"]})
+    fit = fit_of(BLANKE, "blanke", (RUDDER, PROPELLER), effects=(loaded,), typical_inputs={"n": 12.0})
+    light, heavy = (simulate(fit, Order("zigzag", samples=0, log=name)) for name in (None, "heavy.csv"))
+    assert heavy["first_overshoot"].value != light["first_overshoot"].value
+    with pytest.raises(UsageError, match=r"it names heavy\.csv"):
+        simulate(fit, Order("zigzag", samples=0, log="havy.csv"))
