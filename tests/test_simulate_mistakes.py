@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from identification_samples import PROPELLER, RUDDER
 from test_simulate import BLANKE, blanke, fit_of
@@ -11,7 +13,7 @@ from identify.fit import Estimated, FittedEffect
 from identify.simulate import Order, simulate
 from ingest.errors import UsageError
 from seatrial.cli.app import make_app
-from validate.report.model_file import write_model
+from validate.report.model_file import ModelFileError, read_model, write_model
 
 
 @pytest.mark.parametrize(
@@ -39,3 +41,25 @@ def test_a_log_whose_loading_holds_is_one_that_an_effect_names():
     assert heavy["first_overshoot"].value != light["first_overshoot"].value
     with pytest.raises(UsageError, match=r"it names heavy\.csv"):
         simulate(fit, Order("zigzag", samples=0, log="havy.csv"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda m: m["parameters"].pop(), r"covariance: expected 12 rows of 12.*found 13 rows of 13"),
+        (
+            lambda m: m["covariance"][3].pop(),
+            r"covariance: expected 13 rows of 13.*found 13 rows of 12 or 13",
+        ),
+        (lambda m: m["covariance"].clear(), r"covariance: expected 13 rows of 13.*found 0 rows"),
+        (lambda m: m["covariance"][0].__setitem__(0, float("nan")), "is not JSON: NaN is no number"),
+    ],
+)
+def test_a_model_file_that_contradicts_itself_is_refused(tmp_path, change, said):
+    path = tmp_path / "model.json"
+    write_model(blanke(spread=0.01), path)
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+    with pytest.raises(ModelFileError, match=said):
+        read_model(path)

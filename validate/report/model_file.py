@@ -80,6 +80,7 @@ def read_model(path: Path) -> Fit:
         Where the file is not there or does not hold a model; says which key and why.
     """
     file = _parse(path)
+    _check_covariance(path, file)
     provenance = file.provenance
     return Fit(
         model=file.model,
@@ -102,7 +103,9 @@ def read_model(path: Path) -> Fit:
 
 def _parse(path: Path) -> ModelFile:
     try:
-        return ModelFile.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        return ModelFile.model_validate(
+            json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)
+        )
     except OSError as error:
         raise ModelFileError(path, "cannot be read", error.strerror or str(error)) from error
     except ValidationError as error:
@@ -110,6 +113,21 @@ def _parse(path: Path) -> ModelFile:
         raise ModelFileError(path, ".".join(map(str, first["loc"])) or "file", first["msg"]) from error
     except ValueError as error:
         raise ModelFileError(path, "is not JSON", str(error)) from error
+
+
+def _no_number(text: str) -> None:
+    """Python reads what JSON does not have; a value that is not known is null."""
+    raise ValueError(f"{text} is no number, a value that is not known is null")
+
+
+def _check_covariance(path: Path, file: ModelFile) -> None:
+    """The covariance has a row and a column for every parameter."""
+    named = len(file.parameters) + sum(len(e.parameters) for e in file.effects)
+    lengths = {len(row) for row in file.covariance} or {0}
+    if len(file.covariance) != named or lengths != {named}:
+        found = f"{len(file.covariance)} rows of {' or '.join(map(str, sorted(lengths)))}"
+        problem = f"expected {named} rows of {named}, one for each parameter, found {found}"
+        raise ModelFileError(path, "covariance", problem)
 
 
 def _number(value: float | None) -> float:
