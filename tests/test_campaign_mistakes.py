@@ -196,6 +196,13 @@ def test_a_missing_log_is_named_with_its_neighbours(folder):
         load(folder, SMALL.replace("a.csv", "aa.csv"))
 
 
+def test_a_folder_in_place_of_a_log_is_called_one(folder):
+    with pytest.raises(
+        CampaignError, match=r"\[\[log\]\] 1 path: expected the path of a log file, found the folder"
+    ):
+        load(folder, SMALL.replace("a.csv", "."))
+
+
 def test_a_missing_campaign_is_named_with_its_neighbours(folder):
     load(folder, SMALL)
     with pytest.raises(UsageError, match=r"Nearest there: campaign\.toml"):

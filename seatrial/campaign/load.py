@@ -110,6 +110,10 @@ def log_paths(tables: dict[str, Any]) -> list[str]:
 def check_files(campaign: Campaign) -> None:
     """Every file that the campaign names must be there."""
     for number, log in enumerate(campaign.logs, 1):
+        if log.file.is_dir():
+            raise CampaignError(
+                campaign.path, f"[[log]] {number} path", "the path of a log file", f"the folder {log.file}"
+            )
         if not log.file.is_file():
             near = nearest(log.file.name, names_in(log.file.parent))
             raise MissingLog(log.file, f"{campaign.path}: [[log]] {number}", near)
