@@ -60,6 +60,7 @@ def test_a_wrong_file_is_told_where(text, key, near, tmp_path):
         (["--port", "{tmp}/file", "--baud", "9600"], "found a file"),
         (["--port", "/dev/null"], "--baud"),
         (["--port", "/dev/null", "--baud", "7"], "from 50"),
+        (["--port", "/dev/null", "--baud", "96", "--baud", "48"], "expected 1 value for 1 port, found 2"),
         (["--port", "/dev/null", "--baud", "9600", "--protocol", "nema"], "Did you mean 'nmea'"),
         (["--port", "/dev/null", "--port", "/dev/null", "--baud", "9600"], "named twice"),
         (["--port", "/dev/null", "--baud", "9600", "--out", "{tmp}/old.mcap"], "not overwritten"),

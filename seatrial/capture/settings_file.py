@@ -131,7 +131,8 @@ def as_can(port: PortSettings) -> PortSettings:
 def per_port(option: str, values: Sequence[T], count: int) -> Sequence[T] | None:
     """One value per port: as many as there are ports, or one for all."""
     if len(values) > 1 and len(values) != count:
-        raise UsageError(f"{option}: expected 1 or {count} values for {count} ports, found {len(values)}.")
+        expected = "1 value for 1 port" if count == 1 else f"1 or {count} values for {count} ports"
+        raise UsageError(f"{option}: expected {expected}, found {len(values)}.")
     return [*values] * count if len(values) == 1 else values or None
 
 
