@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ingest import read_log
+from ingest.errors import UsageError
 from ingest.log import Log
 from preprocess.cores import on_cores
 from preprocess.run_of_log import LoggedRun
@@ -69,11 +70,13 @@ def run(
     Raises
     ------
     UsageError
-        A name, a log or a signal is wrong (exit status 2 on the command line).
+        An option, a log or a signal is wrong (exit status 2 on the command line).
     DataError
         The data cannot give an answer (exit status 1).
     """
     campaign = with_options(campaign, model, estimator, optimiser)
+    if seed < 0:
+        raise UsageError(f"seed: expected a whole number from 0 up, found {seed}.")
     if out is not None:
         check_replaceable(Path(out))
     forget_stale_code()

@@ -72,8 +72,15 @@ def test_a_model_that_needs_geometry_asks_for_positions(folder):
 def test_options_win_and_are_checked(folder):
     campaign = load(folder, SMALL)
     assert with_options(campaign, estimator="ls", optimiser="de").estimator == "ls"
-    with pytest.raises(UsageError, match=r"--model.*Did you mean 'blanke'"):
+    with pytest.raises(UsageError, match=r"^model: .*Did you mean 'blanke'"):
         with_options(campaign, model="blankee")
+
+
+def test_a_seed_is_not_negative(folder):
+    from seatrial.pipeline import run
+
+    with pytest.raises(UsageError, match=r"^seed: .*found -1"):
+        run(load(folder, SMALL), seed=-1)
 
 
 def test_the_speed_that_a_model_is_about_may_be_said(folder):

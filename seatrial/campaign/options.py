@@ -41,7 +41,7 @@ def check_name(option: str, name: str) -> str:
         return name
     near = nearest(name, CHOICES[option])
     hint = f" Did you mean '{near[0]}'?" if near else ""
-    raise UsageError(f"--{option}: expected one of {', '.join(CHOICES[option])}, found '{name}'.{hint}")
+    raise UsageError(f"{option}: expected one of {', '.join(CHOICES[option])}, found '{name}'.{hint}")
 
 
 def check_positions(campaign: Campaign, model: str) -> None:
