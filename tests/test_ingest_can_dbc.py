@@ -112,6 +112,16 @@ def test_a_dbc_file_that_is_none(tmp_path):
             log_of(READER["candump"], SAMPLES["candump"], options=ReadOptions(dbc=path))
 
 
+def test_what_is_said_of_a_file_that_is_no_dbc_can_be_printed(tmp_path):
+    bad = tmp_path / "bad.dbc"
+    bad.write_bytes(b"VERSION \x1b[31m" + bytes(range(256)) * 9)
+    with pytest.raises(UsageError) as caught:
+        log_of(READER["candump"], SAMPLES["candump"], options=ReadOptions(dbc=bad))
+    said = str(caught.value).removeprefix(f"[can] dbc: {bad}")
+    assert len(said) < 150
+    assert said.isprintable()
+
+
 def test_frames_of_an_unknown_protocol_ask_for_a_dbc_file():
     text = b"(1.0) can0 123#0102030405060708\n" * 5
     with pytest.raises(ValueError, match="dbc"):

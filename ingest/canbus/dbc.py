@@ -76,7 +76,15 @@ def load(path: Path) -> Database:
             f"[can] dbc: expected a DBC file, found none at {path}: {error.strerror}."
         ) from error
     except (Error, ValueError) as error:
-        raise UsageError(f"[can] dbc: {path} is no DBC file that cantools can read: {error}.") from error
+        raise UsageError(
+            f"[can] dbc: {path} is no DBC file that cantools can read: {in_short(str(error))}."
+        ) from error
+
+
+def in_short(text: str, most: int = 80) -> str:
+    """The plain characters of one line: an error of cantools holds the file's own bytes."""
+    line = " ".join("".join(c if " " <= c <= "~" else " " for c in text).split())
+    return f"{line[:most]}…" if len(line) > most else line
 
 
 def matched(database: Database, frames: Frames) -> Iterator[tuple[Message, NDArray[np.bool_]]]:
