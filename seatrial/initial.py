@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,7 +67,7 @@ kind = "{kind}"{named}
 """
 
 NO_INPUT = """\
-# [inputs.rudder]        # {mark}: one table for each actuator; none was recognised
+# [inputs.rudder]        # {mark}: one table for each actuator; {why}
 # kind = "rudder"        # rudder | propeller | thruster | azimuth | tunnel
 # signal = ""            # as `seatrial inspect` prints it
 # unit = "deg"
@@ -189,7 +190,21 @@ def input_blocks(facts: Sequence[LogFacts]) -> Iterator[str]:
     names = input_names([c.signal for c in moving])
     yield from (input_block(name, c) for name, c in zip(names, moving, strict=True))
     if not moving:
-        yield NO_INPUT.format(mark=MARK)
+        yield NO_INPUT.format(mark=MARK, why=why_no_input(facts))
+
+
+def why_no_input(facts: Sequence[LogFacts]) -> str:
+    """What is in the way of an input that serves all logs."""
+    moving = Counter(s for f in facts for s in {c.signal for c in f.candidates if is_input(c) and c.moves})
+    if not moving:
+        return "none was recognised"
+    signal, count = min(moving.items(), key=lambda item: (-item[1], item[0]))
+    return f"none moves in all logs; {signal} does in {count} of {len(facts)}"
+
+
+def is_input(candidate: Candidate) -> bool:
+    """Whether a candidate is one for an input."""
+    return candidate.quantity.startswith("input")
 
 
 def best(facts: LogFacts, quantity: str) -> Candidate | None:
