@@ -26,7 +26,7 @@ INPUT_NAMES = re.compile(
 #: Signals that such names hit although they hold none.
 NO_INPUT = re.compile(
     r"trim|target|limit|temp|volt|curr|status\.(?!esc)|stamp|time_|fail|max|min|version|order|gain|reset|instance|"
-    r"mode|metric|detect|has_|is_|direction$|noutputs|flags|estimat|innov|manual|rates_setpoint|attitude_setpoint",
+    r"mode|metric|satellite|sats|detect|has_|is_|direction$|noutputs|flags|estimat|innov|manual|rates_setpoint|attitude_setpoint",
     re.IGNORECASE,
 )
 #: Units in which an accuracy is stated.

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from functools import reduce
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from ingest.errors import UsageError
+from ingest.log import Log
 from seatrial.cli.inspect_command import as_json
 from seatrial.inspection import inspect_log
 from seatrial.reader_choice import KEYS, ReaderChoice, checked_dbc, chosen_for, dialect_of
@@ -143,3 +146,10 @@ def test_what_inspect_reads_a_campaign_can_be_told_to_read(log):
     told = DialectTable.model_validate({"decimal": ","}).model_dump(exclude_none=True)
     table = ReaderChoice(dialect=told).read(log).tables[""]
     assert table["north"].tolist()[:2] == [0.5, 1.5]
+
+
+def test_where_satellites_stand_is_no_input():
+    index = pd.Index(range(5), name="t_ns")
+    turning = pd.DataFrame({"azimuth": np.linspace(0.0, 1.0, 5)}, index=index)
+    log = Log(Path("x"), "trc", {"gnssSatsInView": turning, "thruster": turning})
+    assert [c.signal for c in inspect_log(log).candidates] == ["thruster.azimuth"]
