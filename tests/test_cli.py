@@ -322,7 +322,7 @@ def test_schemas_are_schemas(cli, which):
 
 
 def test_view_is_bound_to_this_machine(cli, tmp_path, monkeypatch):
-    (tmp_path / "recording.rrd").write_bytes(b"")
+    (tmp_path / "recording.rrd").write_bytes(b"RRF2")
     called = []
 
     def pretend(command: list[str], check: bool) -> subprocess.CompletedProcess[str]:
@@ -349,6 +349,11 @@ def test_view_without_a_recording_is_status_2(cli, tmp_path):
     assert one_sentence(err)
     with pytest.raises(UsageError):
         recording_in(tmp_path / "nowhere")
+    write_log(tmp_path / "recording.rrd")
+    with pytest.raises(
+        UsageError, match="expected a recording of Rerun, found text whose first line is 't,north"
+    ):
+        recording_in(tmp_path)
 
 
 def test_results_appear_whole(tmp_path):
