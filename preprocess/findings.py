@@ -46,6 +46,13 @@ def without_numbers(inputs: Iterable[Measurement]) -> list[str]:
     return [f"{m.name} (signal '{m.source}') has no number" for m in inputs if not m.good.any()]
 
 
+def contradiction(declared: str | None, found: str | None) -> list[str]:
+    """A sentence where the campaign calls idle what moves, or the other way round; none else."""
+    if declared is None or found is None or (declared == "idle") == (found == "idle"):
+        return []
+    return [f"The campaign calls it {declared}, and the motion is {found}."]
+
+
 def said(
     judged: Mapping[str, Judged],
     segments: Segments,

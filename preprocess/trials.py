@@ -15,6 +15,7 @@ from preprocess.actuators import read_input
 from preprocess.cores import side_by_side
 from preprocess.cutting import cut_at_manoeuvres
 from preprocess.excitation import with_excitation
+from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import require, source_of
@@ -225,7 +226,7 @@ def make_trial(
         utc_ns=g.run.log.utc_ns,
         origin=origin,
         manoeuvre=g.run.manoeuvre or made.manoeuvre,
-        findings=made.findings,
+        findings=(*contradiction(g.run.manoeuvre, made.manoeuvre), *made.findings),
         history=(*g.history, *made.history),
         depth=g.run.depth if g.run.depth is not None else vessel.depth,
     )

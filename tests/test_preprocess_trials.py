@@ -82,6 +82,12 @@ def test_slice_and_start():
     assert (trial.start, trial.manoeuvre, trial.depth) == (100.0, "straight", 3.0)
 
 
+def test_what_the_campaign_calls_idle_and_moves_is_noted():
+    (said,) = (s for s in trials(manoeuvre="idle")[0].findings if "campaign" in s)
+    assert said.startswith("The campaign calls it idle, and the motion is ")
+    assert not any("campaign" in s for s in trials(manoeuvre="straight")[0].findings)
+
+
 def test_campaign_time_is_utc_where_known():
     log = simple_log()
     runs = [
