@@ -114,7 +114,8 @@ def test_a_change_is_noticed_named_and_not_learned(fouled):
     assert said and "propeller" in said[-1].text
     best = identifier.estimator.changes[-1].suspicion.named[0]
     assert best.active.effect.name == "thrust_asymmetry"
-    assert best.parameters["ratio"] == pytest.approx(0.85, abs=0.02)
+    (ratio,) = best.parameters
+    assert ratio.value == pytest.approx(0.85, abs=0.02)
     before = [r for r in readings(updates, PARAMETERS) if r.t < CHANGED_AT][-1].values
     thrust = next(n for n in before if n.startswith("X_T"))
     after = dict(

@@ -17,6 +17,7 @@ from scipy import stats
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.effects.propulsion import THRUST_ASYMMETRY, THRUSTERS
+from identify.fit import Estimated
 from identify.online.horizon import Horizon, duration, fitted_firsts, problem_of, promised, update, with_noise
 from identify.online.knowledge import Estimate, Noise, nothing_known
 from identify.output_error import Prior, Stopped
@@ -50,8 +51,8 @@ class Suspect:
     Attributes
     ----------
     active : Active
-    parameters : mapping of str to float
-        As a person reads them.
+    parameters : tuple of Estimated
+        As they are reported, without errors.
     gain : float
         In -2 log likelihood over the model alone.
     p_value : float
@@ -63,7 +64,7 @@ class Suspect:
     """
 
     active: Active
-    parameters: dict[str, float]
+    parameters: tuple[Estimated, ...]
     gain: float
     p_value: float
     left: float
@@ -257,7 +258,7 @@ def _excess(misfit: float, freedom: float, scale: float) -> float:
     return (misfit / scale - freedom) / float(np.sqrt(2.0 * freedom))
 
 
-def _readable(fitted: _Fitted) -> dict[str, float]:
+def _readable(fitted: _Fitted) -> tuple[Estimated, ...]:
     index = len(fitted.structure.actives) - 1
     effect, _ = fitted_effect(fitted.structure, fitted.p, np.zeros((len(fitted.p),) * 2), index)
-    return {e.name: e.value for e in effect.parameters}
+    return effect.parameters

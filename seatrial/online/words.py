@@ -6,6 +6,7 @@ import numpy as np
 
 from identify.online.surprise import Surprise
 from identify.online.suspects import Suspect, Suspicion
+from validate.report.words import as_period, quantity
 
 AXES = ("surge", "sway", "yaw")
 UNITS = ("m/s²", "m/s²", "rad/s²")
@@ -67,7 +68,7 @@ def nothing_known(found: Suspicion) -> str:
 
 def said(s: Suspect) -> str:
     """An effect as a person would call it, its name, and its numbers."""
-    numbers = ", ".join(f"{k} {v:.3g}" for k, v in s.parameters.items())
+    numbers = ", ".join(f"{p.name} {quantity(p, errors=False)}" for p in map(as_period, s.parameters))
     called = CALLED.get(s.active.effect.name)
     return f"{called} ({s.label}: {numbers})" if called else f"{s.label} ({numbers})"
 
