@@ -6,10 +6,10 @@ import numpy as np
 
 from identify.online.surprise import Surprise
 from identify.online.suspects import Suspect, Suspicion
-from validate.report.words import as_period, quantity
+from validate.report.words import DEGREES, as_period, quantity
 
 AXES = ("surge", "sway", "yaw")
-UNITS = ("m/s²", "m/s²", "rad/s²")
+UNITS = ("m/s²", "m/s²", "°/s²")
 #: What a person would call it, by effect.
 CALLED = {
     "current": "a current that has set in or turned",
@@ -35,7 +35,7 @@ CALLED = {
 def changed(s: Surprise, at: float) -> str:
     """That the model does not fit any more, and what the errors are like."""
     most = int(np.argmax(np.abs(s.acceleration) * np.array([1.0, 1.0, 5.0])))
-    push = f"{s.acceleration[most]:+.3g} {UNITS[most]} in {AXES[most]}"
+    push = f"{s.acceleration[most] * (1.0, 1.0, DEGREES)[most]:+.3g} {UNITS[most]} in {AXES[most]}"
     return (
         f"the model has stopped fitting, since about t = {at:.0f} s: the errors of ten seconds are "
         f"{np.sqrt(s.size / s.freedom):.2f} times what they should be (as if by {push})"
