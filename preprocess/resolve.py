@@ -11,6 +11,7 @@ import pandas as pd
 
 from ingest.errors import MissingQuantity, MissingSignal
 from ingest.log import SOURCE, Log, Source
+from ingest.tabular.naming import sources_of
 from preprocess.trial import FloatArray
 from preprocess.vessel import Sensor
 
@@ -215,5 +216,24 @@ def require(log: Log, quantity: str, source: Source | None) -> Source:
         "position": "where the vessel went cannot be known",
         "heading": "the drift angle, and with it sway and surge apart, cannot be known",
     }
-    cure = f"Name the signal under [sensors.{quantity}] if the log has one that was not recognised."
-    raise MissingQuantity(log.path, quantity, follows.get(quantity, "it is needed"), cure)
+    raise MissingQuantity(log.path, quantity, follows.get(quantity, "it is needed"), cure(log, quantity))
+
+
+def cure(log: Log, quantity: str) -> str:
+    """What to do about a quantity that a log does not have."""
+    still = ", ".join(silent_columns(log, quantity))
+    if still:
+        return f"{still}: zero throughout, as of a vessel that never moves or a sensor that has no fix."
+    return f"Name the signal under [sensors.{quantity}] if the log has one that was not recognised."
+
+
+def silent_columns(log: Log, quantity: str) -> tuple[str, ...]:
+    """Columns whose names say a quantity and that hold nothing but zeros, which is why they were not taken."""
+    for topic, table in log.tables.items():
+        columns = table.select_dtypes("number")
+        ones = {str(c): 1.0 for c in columns if (columns[c] == 0).all()}
+        units = {field: unit for (of, field), unit in log.units.items() if of == topic}
+        for source in sources_of(columns.assign(**ones), units, topic):
+            if source.quantity == quantity:
+                return tuple(source.fields.values())
+    return ()

@@ -105,6 +105,12 @@ def test_a_signal_that_is_not_there_is_named_with_the_nearest():
     assert caught.value.exit_status == 2
 
 
+def test_a_position_that_is_zero_throughout_is_called_so():
+    still = simple_log(GPS=table(T, ["north", "east"], np.zeros((len(T), 2))))
+    with pytest.raises(MissingQuantity, match=r"no position in this log; .* north, east: zero throughout"):
+        trials(still, sensors={"heading": SENSORS["heading"]})
+
+
 def test_no_heading_is_said_with_what_follows():
     with pytest.raises(MissingQuantity, match="drift angle") as caught:
         trials(sensors={"position": SENSORS["position"]})
