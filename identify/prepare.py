@@ -32,6 +32,8 @@ NEGLIGIBLE = 0.015
 SHOWN, LEAST_SHOWN = 0.3, 2
 #: ... by more than so many times what is as good as exact.
 SMALL = 10.0
+#: Samples that come this far apart, s, are too rare for any vessel, or their times are in another unit.
+RARE = 5.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     h = step_for(trials[0].vessel.length)
     identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
     if not identify:
-        raise NotIdentifiable(NO_STRETCH)
+        raise NotIdentifiable(NO_STRETCH + _rarely_sampled(used))
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
     validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
@@ -84,7 +86,22 @@ def _usable(trials: Sequence[Trial]) -> list[Trial]:
 def _why_none(trials: Sequence[Trial]) -> str:
     """What is said where none of these can be used: inputs that say nothing, else that all are too short."""
     silent = [f"{t.name}: {words}" for t in trials for words in without_numbers(t.inputs.values())]
-    return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}." if silent else NO_STRETCH
+    if silent:
+        return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}."
+    return NO_STRETCH + _rarely_sampled(trials)
+
+
+def _rarely_sampled(trials: Sequence[Trial]) -> str:
+    """What is to be said of a log whose samples come seconds apart: its times may be in another unit."""
+    for trial in trials:
+        for name, m in trial.measurements.items():
+            step = float(np.median(np.diff(m.t))) if len(m.t) > 1 else 0.0
+            if step >= RARE:
+                return (
+                    f" {trial.name} has a {name} every {step:.3g} s ({1.0 / step:.2g} Hz)."
+                    " Where its times are in milliseconds, their column is to be called so: t_ms."
+                )
+    return ""
 
 
 def _as_predicted(trials: Sequence[Trial], model: str) -> list[Trial]:

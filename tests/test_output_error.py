@@ -239,6 +239,17 @@ def test_without_logs_to_identify_on_there_is_no_model():
         prepare(trials, "modulus")
 
 
+def test_of_samples_minutes_apart_it_is_said_that_times_may_be_milliseconds():
+    rare = [
+        replace(
+            t, segments=(), measurements={k: replace(m, t=1000.0 * m.t) for k, m in t.measurements.items()}
+        )
+        for t in campaign()[1]
+    ]
+    with pytest.raises(NotIdentifiable, match=r"a position every \d+ s .* milliseconds.*t_ms"):
+        prepare(rare, "modulus")
+
+
 def test_a_switch_within_a_part_of_a_step_gives_its_mean_thrust():
     """The thrust of the mean of 0.2 and 1.0 is not the mean of their thrusts."""
     _, trials = trials_of("catamaran", ("zigzag", "random"), 20.0, 3)
