@@ -55,7 +55,7 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     Raises
     ------
     NotIdentifiable
-        Where no trial has the role identify or none is long enough.
+        Where no trial has the role identify, none is long enough, or none shows any motion.
     """
     trials = with_common_inputs(with_pooled_noise(_as_predicted(_usable(trials), model)), held)
     used = [t for t in trials if t.role == "identify"]
@@ -63,6 +63,8 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
     if not identify:
         raise NotIdentifiable(NO_STRETCH + _rarely_sampled(used))
+    if all(map(_still, used)):
+        raise NotIdentifiable("the vessel does not move in any log to identify on: no sensor ever changes.")
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
     validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
@@ -89,6 +91,12 @@ def _why_none(trials: Sequence[Trial]) -> str:
     if silent:
         return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}."
     return NO_STRETCH + _rarely_sampled(trials)
+
+
+def _still(trial: Trial) -> bool:
+    """Whether no sensor of the motion ever shows a second value."""
+    values = [trial.measurements[k].value for k in STREAMS if k in trial.measurements]
+    return bool(values) and not any(len(v) and np.ptp(v, axis=0).any() for v in values)
 
 
 def _rarely_sampled(trials: Sequence[Trial]) -> str:

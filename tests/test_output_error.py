@@ -250,6 +250,15 @@ def test_of_samples_minutes_apart_it_is_said_that_times_may_be_milliseconds():
         prepare(rare, "modulus")
 
 
+def test_a_vessel_that_never_moves_has_no_model():
+    still = [
+        replace(t, measurements={k: replace(m, value=0 * m.value + 1) for k, m in t.measurements.items()})
+        for t in campaign()[1]
+    ]
+    with pytest.raises(NotIdentifiable, match="does not move in any log"):
+        prepare(still, "modulus")
+
+
 def test_a_switch_within_a_part_of_a_step_gives_its_mean_thrust():
     """The thrust of the mean of 0.2 and 1.0 is not the mean of their thrusts."""
     _, trials = trials_of("catamaran", ("zigzag", "random"), 20.0, 3)
