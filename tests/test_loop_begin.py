@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from identification_samples import trials_of
 
@@ -108,13 +109,21 @@ def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_de
 
 
 @pytest.mark.parametrize(
-    ("chi2", "off", "nearer"),
-    [(2.6, True, True), (2.6, True, False), (1.1, False, True), (1.1, True, True), (1.1, True, False)],
+    ("chi2", "off", "astray", "nearer"),
+    [
+        (2.6, True, 0.05, True),
+        (2.6, True, 0.05, False),
+        (1.1, False, 0.15, True),
+        (1.1, True, 0.15, True),
+        (1.1, True, 0.15, False),
+        (1.1, True, 0.05, True),
+    ],
 )
 def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_without_the_first(
-    monkeypatch, chi2, off, nearer
+    monkeypatch, chi2, off, astray, nearer
 ):
-    first = "offset"
+    first, asks = "offset", off and (chi2 > 2.0 or astray > 0.1)
+    monkeypatch.setattr(loop, "free_running_errors", lambda _: np.array([0.01, astray, 0.02]) ** 2)
 
     def of(names, chi2, off):
         active = [SimpleNamespace(effect=SimpleNamespace(name=n), label=n) for n in names]
@@ -128,5 +137,5 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
     best = loop._begun_otherwise(None, None, found, lambda _: None)
-    assert asked == ([frozenset({first})] if off else [])
-    assert best is (other if off and nearer else found)
+    assert asked == ([frozenset({first})] if asks else [])
+    assert best is (other if asks and nearer else found)

@@ -7,7 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
+from identify.base_fit import (
+    CLEARLY,
+    LONG,
+    fit_from_scratch,
+    fit_states,
+    free_running_errors,
+    tried,
+    window_length,
+)
 from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.unlogged import bent
@@ -30,6 +38,8 @@ HOPELESSLY_FAR = 20.0
 HALF = 0.5
 #: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
+#: Free runs whose errors are a smaller share of the motion, noise and all, leave nothing that matters.
+MATERIAL = 0.1
 #: So many times a taken effect may be exchanged for a rival.
 EXCHANGES = 3
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
@@ -133,14 +143,18 @@ def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    between = (
-        found.fitted.is_off and found.fitted.chi2_per_dof < FAR
-    )  # farther off it would only take its time
-    if len(kept) < 2 or not between or taken[0].effect.name not in kept:
+    if len(kept) < 2 or not _worth_another(found.fitted) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
     other = _searched(prepared, declared, None, pace, frozenset({taken[0].effect.name}))
     return other if _there(other.fitted, found.fitted) else found
+
+
+def _worth_another(found: Fitted) -> bool:
+    """Whether a fit is off the noise by what matters; farther off it another search would only take its time."""
+    if found.chi2_per_dof < NEAR and not np.any(free_running_errors(found) > MATERIAL**2):
+        return False
+    return found.is_off and found.chi2_per_dof < FAR
 
 
 def _there(one: Fitted, other: Fitted) -> bool:
