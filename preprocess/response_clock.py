@@ -248,12 +248,15 @@ def response_offsets(
 
     ``sensors`` are position, heading and, where there is one, yaw rate, with their noise: without them the smoothed
     motion alone is looked at.
-    Motion that follows the inputs late (a delay or a lag of an actuator) makes the inputs' negative.
+    Motion that follows the inputs late (a delay or a lag of an actuator) makes the inputs' negative. Where no input
+    moves, what turned the vessel, and with it pushed it sideways, is not known: then nothing is told.
     """
     moving = moving_inputs(inputs)
+    if not moving:
+        return []
     late, off = told(states, segments, moving, position, sensors)
     out = [] if off is None else [replace(off, stream="position", against="heading")]
-    return [*out, *([] if late is None or not moving else [less_holding(late, moving)])]
+    return [*out, *([] if late is None else [less_holding(late, moving)])]
 
 
 def less_holding(found: ClockOffset, moving: Sequence[Measurement]) -> ClockOffset:

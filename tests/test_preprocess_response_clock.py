@@ -1,5 +1,7 @@
 """Offsets of inputs and position from how a vessel responds: its own lag is no delay."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -114,3 +116,9 @@ def test_long_logs_give_even_pieces():
     assert parts[-1] == (1000.0, 1050.0)
     assert len(parts) == 4
     assert excerpts(((0.0, 100.0),), 200.0, 30.0) == ((0.0, 100.0),)
+
+
+def test_motion_beside_inputs_that_never_move_tells_no_offset():
+    states, segments, inputs = motion("usv", "zigzag", off=0.15)
+    still = {k: replace(m, value=np.full(len(m.t), m.value[0])) for k, m in inputs.items()}
+    assert told(states, segments, still) == {}
