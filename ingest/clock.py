@@ -23,6 +23,8 @@ LEAP_NS = 3_600_000_000_000
 EARLIEST_NS, LATEST_NS = -(1 << 61), (3 << 61) - 1
 #: A sliding look at so many records tells a clock that stays back from late records.
 LOOK = 16
+#: A clock restarts at most once in so many records; one that seems to do so more often has records in no order.
+RARELY = 10
 #: So many restarts are reported one by one.
 MOST_RESTARTS = 100
 #: A gap is an interval this many times the usual one, and at least half a second.
@@ -36,7 +38,7 @@ def continue_clock(
 
     Where the clock goes back by more than a second and stays back, all that follows is moved on so that it
     goes on one usual interval after the last record before. Records that are merely late are left as they
-    are.
+    are, and so are those of a table that somebody has shuffled: they are sorted by time.
 
     Parameters
     ----------
@@ -54,7 +56,7 @@ def continue_clock(
     t_ns = believable(t_ns)
     steps = np.diff(t_ns)
     restarts = staying_back(t_ns, np.flatnonzero(steps < -RESTART_NS) + 1)
-    if not len(restarts):
+    if not len(restarts) or RARELY * len(restarts) > len(t_ns):
         return t_ns, []
     usual = int(np.median(steps[steps > 0])) if (steps > 0).any() else 1
     shifts = shifts_after(t_ns, restarts, usual)

@@ -26,6 +26,13 @@ def test_late_records_are_no_restart():
     assert not findings
 
 
+def test_shuffled_records_are_no_restarts():
+    t = np.random.default_rng(1).permutation(np.arange(0, 120_000_000_000, 100_000_000))
+    after, findings = continue_clock(t)
+    assert np.array_equal(after, t)
+    assert not findings
+
+
 @pytest.mark.parametrize("spoilt", [0, 7, 49, 98, 99])
 @pytest.mark.parametrize("value", [0, 2**61, 55 * SECOND])
 def test_one_broken_stamp_is_mended(spoilt, value):
