@@ -14,6 +14,7 @@ from preprocess.accelerations import Accelerations, find_accelerations
 from preprocess.actuators import read_input
 from preprocess.cores import side_by_side
 from preprocess.cutting import cut_at_manoeuvres
+from preprocess.doubts import doubts
 from preprocess.excitation import with_excitation
 from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
@@ -226,7 +227,11 @@ def make_trial(
         utc_ns=g.run.log.utc_ns,
         origin=origin,
         manoeuvre=g.run.manoeuvre or made.manoeuvre,
-        findings=(*contradiction(g.run.manoeuvre, made.manoeuvre), *made.findings),
+        findings=(
+            *doubts(made.measurements, made.inputs, inputs, made.states),
+            *contradiction(g.run.manoeuvre, made.manoeuvre),
+            *made.findings,
+        ),
         history=(*g.history, *made.history),
         depth=g.run.depth if g.run.depth is not None else vessel.depth,
     )

@@ -1,0 +1,100 @@
+"""Signals of a log that contradict each other as no vessel does: a wrong unit, sign or column, said before anything.
+
+Nothing is changed for it. What only another model or effect could tell, a bias or a scale, is for the diagnosis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pandas as pd
+
+from preprocess.trial import FloatArray, Measurement
+from preprocess.vessel import Input
+
+#: Rudders do not turn farther, rad.
+FARTHEST = np.radians(100.0)
+#: Turning is compared over so long, s, where it is in this many places at least.
+OVER, PLACES = 5.0, 8
+#: It tells where the heading changes by more than so many of its errors (root mean square) and by this, rad.
+CLEAR, LEAST_TURN = 10.0, np.radians(5.0)
+#: A yaw rate of this share of the heading's or less, of more than its inverse, or one that goes with it no better.
+SHARE, TOGETHER = 0.5, 0.7
+#: Under way: a speed of more than this share of what is reached.
+UNDER_WAY = 0.3
+#: A course that is farther than this from the heading for most of the way, rad.
+ACROSS = np.radians(45.0)
+
+
+def doubts(
+    measurements: Mapping[str, Measurement],
+    inputs: Mapping[str, Measurement],
+    declared: Iterable[Input],
+    states: pd.DataFrame,
+) -> list[str]:
+    """A sentence for each contradiction between the signals of a log.
+
+    Parameters
+    ----------
+    measurements, inputs : mapping of str to Measurement
+    declared : iterable of Input
+    states : DataFrame
+        The smoothed motion.
+    """
+    found = [too_far(inputs[i.name]) for i in declared if i.kind == "rudder" and i.name in inputs]
+    if {"heading", "yaw_rate"} <= set(measurements):
+        found.append(turning_apart(measurements["heading"], measurements["yaw_rate"]))
+    return [words for words in (*found, across(states)) if words]
+
+
+def too_far(rudder: Measurement) -> str | None:
+    """What is said of a rudder that turns farther than one can."""
+    most = float(np.max(np.abs(rudder.value[rudder.good]), initial=0.0))
+    if most <= FARTHEST:
+        return None
+    return f"{rudder.name} reaches {np.degrees(most):.0f}°, farther than a rudder turns: is its unit right?"
+
+
+def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
+    """What is said where heading and yaw rate do not go together, or one by far more than the other."""
+    turned, told = both_turns(heading, gyro)
+    size = float(np.sqrt(np.mean(turned**2))) if len(turned) else 0.0
+    if len(turned) < PLACES or size < max(LEAST_TURN, CLEAR * heading.sigma):
+        return None
+    ratio = float(turned @ told / (turned @ turned))
+    alike = float(turned @ told / max(np.linalg.norm(turned) * np.linalg.norm(told), 1e-12))
+    if alike < TOGETHER and ratio > -SHARE:
+        return "Heading and yaw rate do not go together: is one of them another signal, or in another unit?"
+    if SHARE < ratio < 1.0 / SHARE:
+        return None
+    return f"The yaw rate is {ratio:.3g} times that at which the heading turns: are units and signs of both right?"
+
+
+def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, FloatArray]:
+    """Turns (n,) of the heading and of the yaw rate over the same pieces of time, rad."""
+    if min(int(m.good.sum()) for m in (heading, gyro)) < PLACES:
+        return np.zeros(0), np.zeros(0)
+    t, psi = heading.t[heading.good], np.unwrap(heading.value[heading.good].ravel())
+    at, rate = gyro.t[gyro.good], gyro.value[gyro.good].ravel()
+    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
+    edges = np.arange(max(t[0], at[0]), min(t[-1], at[-1]), OVER)
+    covered = (np.diff(np.searchsorted(t, edges)) > 1) & (np.diff(np.searchsorted(at, edges)) > 1)
+    return np.diff(np.interp(edges, t, psi))[covered], np.diff(np.interp(edges, at, turned))[covered]
+
+
+def across(states: pd.DataFrame) -> str | None:
+    """What is said where the vessel moves across its heading for most of the way."""
+    u, v = (states[k].to_numpy(dtype=float) for k in ("u", "v"))
+    known = np.isfinite(u) & np.isfinite(v)
+    speed = np.hypot(u[known], v[known])
+    if len(speed) < PLACES:
+        return None
+    way = speed > UNDER_WAY * np.quantile(speed, 0.95)
+    off = np.abs(np.arctan2(v[known], np.abs(u[known])))[way]
+    if float(np.mean(off > ACROSS)) < 0.5:
+        return None
+    return (
+        "The track runs across the heading for most of the way: are north and east exchanged, or is the heading "
+        "another vessel's, unit's or zero's?"
+    )
