@@ -88,7 +88,7 @@ def across(states: pd.DataFrame) -> str | None:
     u, v = (states[k].to_numpy(dtype=float) for k in ("u", "v"))
     known = np.isfinite(u) & np.isfinite(v)
     speed = np.hypot(u[known], v[known])
-    if len(speed) < PLACES:
+    if len(speed) < PLACES or not speed.any():
         return None
     way = speed > UNDER_WAY * np.quantile(speed, 0.95)
     off = np.abs(np.arctan2(v[known], np.abs(u[known])))[way]

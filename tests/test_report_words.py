@@ -115,7 +115,7 @@ def test_a_limit_of_a_rudders_rate_is_in_degrees_per_second(example, tmp_path):
     taken = replace(example.diagnosis.effects[0], fitted=found)
     own = replace(
         example,
-        after=replace(example.after, effects=(found,)),
+        after=replace(example.after, effects=(found,), covariance=example.after.covariance[:-1, :-1]),
         diagnosis=replace(example.diagnosis, effects=(taken,)),
     )
     write_results(own, tmp_path)

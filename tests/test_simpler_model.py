@@ -109,7 +109,7 @@ def test_a_simpler_model_stands_with_the_effect_for_which_it_was_taken_or_with_w
     monkeypatch.setattr(pipeline, "read_logs", lambda *_: [])
     monkeypatch.setattr(pipeline, "_trials", lambda *_, **__: ())
     monkeypatch.setattr(pipeline, "replace", lambda fit, notes: Named(model=fit.model, notes=notes))
-    campaign = Named(path="c", model="auto", estimator="auto", optimiser="auto")
+    campaign = Named(path="c", model="auto", estimator="auto", optimiser="auto", logs=[])
     results = pipeline._results(campaign, 1, 0, True, 0.1, Stopwatch(silent))
     assert asked == (["blanke"] if stands else ["blanke", "taylor3"])
     assert results.before.notes == (("a choice", "an effect") if stands else ("a choice",))

@@ -175,7 +175,11 @@ def _in_pairs(turn: Turn, pace: Pace, barred: Names = NONE) -> list[Turn]:
             continue
         pace(f"with {one.label}, another")
         other = _turn(settled(one.fitted), pace, barred)
-        near = [j for j in other.judged if j.fitted.chi2_per_dof < FAR and not at_bound(j.fitted)]
+        near = [
+            j
+            for j in other.judged
+            if j.fitted.chi2_per_dof < FAR and j.evidence > 0 and not at_bound(j.fitted)
+        ]
         if near:
             second = min(near, key=lambda j: j.fitted.chi2_per_dof)
             return [replace(turn, taken=one), replace(other, taken=second)]
