@@ -63,7 +63,7 @@ def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
     if len(turned) < PLACES or size < max(LEAST_TURN, CLEAR * heading.sigma):
         return None
     ratio = float(turned @ told / (turned @ turned))
-    alike = float(turned @ told / max(np.linalg.norm(turned) * np.linalg.norm(told), 1e-12))
+    alike = float(turned @ told / max(float(np.linalg.norm(turned) * np.linalg.norm(told)), 1e-12))
     if alike < TOGETHER and ratio > -SHARE:
         return "Heading and yaw rate do not go together: is one of them another signal, or in another unit?"
     if SHARE < ratio < 1.0 / SHARE:
