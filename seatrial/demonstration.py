@@ -65,8 +65,8 @@ def demo_files() -> dict[str, bytes]:
 
 
 def foreign_in(folder: Path, files: Mapping[str, bytes]) -> list[str]:
-    """What is in a folder and not the demo's own; beside all its logs, the campaign may have been changed."""
-    there = {p.name: p for p in folder.iterdir()} if folder.exists() else {}
+    """What is seen in a folder and not the demo's own; beside all its logs, the campaign may have been changed."""
+    there = {p.name: p for p in folder.iterdir() if not p.name.startswith(".")} if folder.exists() else {}
     own = {
         n for n, data in files.items() if n in there and there[n].is_file() and there[n].read_bytes() == data
     }

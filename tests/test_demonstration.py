@@ -23,7 +23,9 @@ def test_a_copy_is_whole_and_a_second_one_keeps_what_was_changed_in_its_campaign
 def test_what_is_missing_of_a_copy_is_put_back(tmp_path):
     file = copy_demo(tmp_path)
     (tmp_path / "02-circle.nmea").unlink()
+    (tmp_path / ".DS_Store").touch()
     copy_demo(tmp_path)
+    (tmp_path / ".DS_Store").unlink()
     assert {p.name: p.read_bytes() for p in file.parent.iterdir()} == demo_files()
 
 
