@@ -75,7 +75,7 @@ def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, Flo
     """Turns (n,) of the heading and of the yaw rate over the same pieces of time, rad."""
     if min(int(m.good.sum()) for m in (heading, gyro)) < PLACES:
         return np.zeros(0), np.zeros(0)
-    t, psi = heading.t[heading.good], np.unwrap(heading.value[heading.good].ravel())
+    t, psi = heading.t[heading.good], heading.value[heading.good].ravel()
     at, rate = gyro.t[gyro.good], gyro.value[gyro.good].ravel()
     turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
     edges = np.arange(max(t[0], at[0]), min(t[-1], at[-1]), OVER)
