@@ -6,32 +6,19 @@ import os
 from pathlib import Path
 
 import pytest
+from campaign_samples import SMALL
 
 from ingest.errors import UsageError
 from seatrial.__main__ import main
 from seatrial.campaign.load import bytes_of
 from seatrial.writable import check_file, check_folder
 
-CAMPAIGN = """
-[vessel]
-name = "a"
-length = 1.0
-beam = 0.3
-[inputs.rudder]
-kind = "rudder"
-signal = "rudder_deg"
-[model]
-name = "blanke"
-[[log]]
-path = "run.csv"
-"""
-
 
 @pytest.fixture
 def folder(tmp_path):
     """A campaign whose log is never read, a capture, and a file where a folder is expected."""
-    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
-    for name in ("run.csv", "a.mcap", "file"):
+    (tmp_path / "campaign.toml").write_text(SMALL)
+    for name in ("a.csv", "a.mcap", "file"):
         (tmp_path / name).write_text("")
     return tmp_path
 
@@ -50,9 +37,9 @@ def folder(tmp_path):
         "fleet {0} --out /proc/x.csv",
         "fleet {0} --results /proc/x",
         "recover {0}/a.mcap --out /proc/x.mcap",
-        "replay {0}/run.csv --campaign {0} --model {0}/nowhere/m.json",
-        "replay {0}/run.csv --campaign {0} --model /proc/m.json",
-        "replay {0}/run.csv --campaign {0} --state /proc/s.json",
+        "replay {0}/a.csv --campaign {0} --model {0}/nowhere/m.json",
+        "replay {0}/a.csv --campaign {0} --model /proc/m.json",
+        "replay {0}/a.csv --campaign {0} --state /proc/s.json",
     ],
 )
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder in which nobody can write")
