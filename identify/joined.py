@@ -17,17 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from identify import kernel
-from identify.chain import UVR, Chain
-from identify.directions import directions
-from identify.drive import drive
+from identify.chain import Chain
 from identify.output_error import Prior
-from identify.regression import through_water
+from identify.pieces import Ready, paths_of, ready
 from identify.stretch import IntArray
 from identify.structure import Structure
-from identify.tangents import Run, padded, run_for, sensitivities
-from identify.threads import abreast
-from identify.windows import along_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -93,25 +87,28 @@ def join(
     Joined or None
         None where the prediction runs away at once.
     """
-    now = Joined(chain, p, _smoothed(chain, p) if first is None else first, np.inf)
+    stretches = ready(chain, p)
+    now = Joined(chain, p, _smoothed(stretches) if first is None else first, np.inf)
     for jump in jumps:
-        found = _settle(now, prior, jump, budget, tolerance)
+        found = _settle(now, stretches, prior, jump, budget, tolerance)
         if found is None:
             return None
         now = found
     return now
 
 
-def _settle(start: Joined, prior: Prior, jump: float, budget: int, tolerance: float) -> Joined | None:
+def _settle(
+    start: Joined, stretches: Sequence[Ready], prior: Prior, jump: float, budget: int, tolerance: float
+) -> Joined | None:
     """Levenberg-Marquardt at one firmness of the joints."""
     chain, p, first, damping = start.chain, start.p, start.first, 1e-3
-    now = _normal(chain, p, first, prior, jump)
+    now = _normal(chain, stretches, p, first, prior, jump)
     if now is None:
         return None
     for _ in range(budget):
         move, d_first = _step(now, damping)
         trial_p, trial_first = _moved(chain.structure, p, move), first + d_first
-        trial = _normal(chain, trial_p, trial_first, prior, jump)
+        trial = _normal(chain, stretches, trial_p, trial_first, prior, jump)
         if trial is not None and trial.cost < now.cost:
             gain = now.cost - trial.cost
             p, first, now, damping = trial_p, trial_first, trial, max(0.1 * damping, 1e-9)
@@ -132,13 +129,10 @@ def _moved(structure: Structure, p: FloatArray, move: FloatArray) -> FloatArray:
     return np.asarray(np.clip(out, low, high), dtype=float)
 
 
-def _smoothed(chain: Chain, p: FloatArray) -> FloatArray:
+def _smoothed(stretches: Sequence[Ready]) -> FloatArray:
     """First u, v, r (pieces, 3) of every piece, through the water, from the smoothed states."""
-    currents = [drive(chain.structure, p, s).current for s in chain.stretches]
-    states = [chain.stretches[w.stretch].states[w.begin : w.begin + 1] for w in chain.pieces]
-    return np.vstack([
-        through_water(x, currents[w.stretch])[:, UVR] for x, w in zip(states, chain.pieces, strict=True)
-    ])  # fmt: skip
+    order = np.argsort(np.concatenate([s.numbers for s in stretches]))
+    return np.asarray(np.concatenate([s.smoothed for s in stretches])[order])
 
 
 def _step(now: _Normal, damping: float) -> tuple[FloatArray, FloatArray]:
@@ -155,88 +149,32 @@ def _step(now: _Normal, damping: float) -> tuple[FloatArray, FloatArray]:
     return move, (free - slope @ move).reshape(-1, 3)
 
 
-@dataclass(frozen=True)
-class _Found:
-    """A piece: moments (3 + m + 1 square) of first state, coefficients and errors; end, its slopes, smoothed begin."""
-
-    moment: FloatArray
-    end: FloatArray
-    slope: FloatArray
-    smoothed: FloatArray
-
-
 def _normal(
-    chain: Chain, p: FloatArray, first: FloatArray, prior: Prior, jump: float, workers: int = 2
+    chain: Chain, stretches: Sequence[Ready], p: FloatArray, first: FloatArray, prior: Prior, jump: float
 ) -> _Normal | None:
     """Normal equations of measurements, joints, first states and priors; None where a prediction ran away."""
-    used = sorted({w.stretch for w in chain.pieces})
-    runs = abreast(lambda k: _run_stretch(chain, p, first, k), used, workers)
-    found: list[_Found] = []
-    for run in runs:
-        if run is None:
-            return None
-        found += run
-    return _assembled(chain, p, first, prior, jump, found)
-
-
-def _run_stretch(chain: Chain, p: FloatArray, first: FloatArray, stretch: int) -> list[_Found] | None:
-    """Run the pieces of one stretch with their sensitivities; None where one runs away."""
-    structure, s = chain.structure, chain.stretches[stretch]
-    d = drive(structure, p, s)
-    along, _ = along_of(structure, directions(structure, p, s, d), d)
-    states, tape = through_water(s.states, d.current), structure.table.tape
-    mine = [(k, w) for k, w in enumerate(chain.pieces) if w.stretch == stretch]
-    width = padded(kernel.NX + len(structure.slots) + 1)
-    run = run_for(tape, max(w.steps for _, w in mine), width, d.channels.shape[1])
-    columns = np.concatenate([np.arange(3, 6), kernel.NX + structure.simple])
-    found = []
-    for k, w in mine:
-        state = np.zeros(kernel.NX)
-        state[:6] = states[w.begin]
-        state[UVR] = first[k]
-        done = sensitivities(
-            state, w.begin, w.steps, s.h, structure.model.discrete, d.channels, d.slopes, d.wind, d.current,
-            d.u0, tape.steps, tape.rows(d.coefficients), along, run,
-        )  # fmt: skip
-        if done < w.steps:
-            return None
-        part = slice(w.begin, w.begin + w.steps + 1)
-        found.append(_found(run, states[part, UVR], w.steps, columns, chain.spread[stretch]))
-    return found
-
-
-def _found(run: Run, measured: FloatArray, steps: int, columns: IntArray, spread: FloatArray) -> _Found:
-    slopes = run.s[: steps + 1, UVR][:, :, columns] / spread[:, None]
-    errors = (measured - run.states[: steps + 1, UVR]) / spread
-    rows = np.concatenate([slopes[1:], errors[1:, :, None]], axis=2).reshape(3 * steps, -1)
-    return _Found(rows.T @ rows, run.states[steps, UVR].copy(), slopes[-1], measured[0])
-
-
-def _assembled(
-    chain: Chain, p: FloatArray, first: FloatArray, prior: Prior, jump: float, found: list[_Found]
-) -> _Normal:
-    """Put together what the pieces give, in the order of the chain."""
-    n, m, simple = len(found), len(chain.structure.simple), chain.structure.simple
+    paths = paths_of(stretches, p, first)
+    if paths is None:
+        return None
+    n, m, simple = len(first), len(chain.structure.simple), chain.structure.simple
+    spread = chain.spread[[w.stretch for w in chain.pieces]]
+    opens = np.array([w.opens for w in chain.pieces])
     square = np.zeros((n, 6 + m, 6 + m))  # first state, coefficients, first state of the next piece
     toward = np.zeros((n, 6 + m))
-    cost = 0.0
-    for k, (w, f) in enumerate(zip(chain.pieces, found, strict=True)):
-        spread = chain.spread[w.stretch]
-        square[k, : 3 + m, : 3 + m], toward[k, : 3 + m] = f.moment[:-1, :-1], f.moment[:-1, -1]
-        cost += float(f.moment[-1, -1])
-        if w.opens:
-            cost += _add(
-                square[k],
-                toward[k],
-                np.eye(3, 6 + m) / spread[:, None],
-                (f.smoothed - first[k]) / spread,
-                FIRST,
-            )
-        if k + 1 < n and not chain.pieces[k + 1].opens:
-            rows = np.hstack([f.slope, -np.diag(1.0 / spread)])
-            cost += _add(square[k], toward[k], rows, (first[k + 1] - f.end) / spread, jump)
+    square[:, : 3 + m, : 3 + m], toward[:, : 3 + m] = paths.moment[:, :-1, :-1], paths.moment[:, :-1, -1]
+    to_begin = np.zeros((int(opens.sum()), 3, 6 + m))
+    to_begin[:, range(3), range(3)] = 1.0 / spread[opens]
+    begin = (_smoothed(stretches) - first)[opens] / spread[opens]
+    joint = np.nonzero(~opens[1:])[0]
+    to_next = np.zeros((len(joint), 3, 6 + m))
+    to_next[:, :, : 3 + m] = paths.slope[joint]
+    to_next[:, range(3), range(3 + m, 6 + m)] = -1.0 / spread[joint]
+    jumped = (first[joint + 1] - paths.end[joint]) / spread[joint]
     known = (ERROR / prior.sd[simple]) ** 2
     off = prior.mean[simple] - p[simple]
+    cost = float(paths.moment[:, -1, -1].sum() + np.sum(known * off**2))
+    cost += _add(square, toward, np.nonzero(opens)[0], to_begin, begin, FIRST)
+    cost += _add(square, toward, joint, to_next, jumped, jump)
     diagonal, coupling, by_state = square[:, :3, :3], square[:, :3, 3 : 3 + m], toward[:, :3]
     diagonal[1:] += square[:-1, 3 + m :, 3 + m :]
     coupling[1:] += square[:-1, 3 + m :, 3 : 3 + m]
@@ -244,15 +182,18 @@ def _assembled(
     return _Normal(
         _band(diagonal, square[:, 3 + m :, :3]), coupling.reshape(3 * n, m), by_state.ravel(),
         square[:, 3 : 3 + m, 3 : 3 + m].sum(axis=0) + np.diag(known),
-        toward[:, 3 : 3 + m].sum(axis=0) + known * off, cost + float(np.sum(known * off**2)),
+        toward[:, 3 : 3 + m].sum(axis=0) + known * off, cost,
     )  # fmt: skip
 
 
-def _add(square: FloatArray, toward: FloatArray, rows: FloatArray, error: FloatArray, size: float) -> float:
-    """Add rows that should bring an error of this size to nothing; returns their cost."""
-    square += rows.T @ rows / size**2
-    toward += rows.T @ error / size**2
-    return float(error @ error) / size**2
+def _add(
+    square: FloatArray, toward: FloatArray, some: IntArray, rows: FloatArray, error: FloatArray, size: float
+) -> float:
+    """Add rows (k, 3, c) of some pieces that should bring an error (k, 3) of this size to nothing; their cost."""
+    across = rows.transpose(0, 2, 1)
+    square[some] += across @ rows / size**2
+    toward[some] += (across @ error[:, :, None])[:, :, 0] / size**2
+    return float(np.sum(error**2)) / size**2
 
 
 def _band(diagonal: FloatArray, beside: FloatArray) -> FloatArray:

@@ -8,9 +8,10 @@ its own for each); one that is predicted no better than by its mean is not predi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from identify.predict import run, shown, true_first_state
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.whole_logs import FIRM, joined_from_simple, regression_start
+from preprocess.cores import side_by_side
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -65,23 +67,30 @@ class Regularised:
         return float(np.exp(np.mean(np.log(np.minimum(self.errors, 1.0))))) if len(self.errors) else np.inf
 
 
-def joined_regularised(structure: Structure, stretches: Sequence[Stretch]) -> Regularised | None:
-    """Fit whole logs free-running with the prior that predicts logs left out best; None where the model runs away."""
+def joined_regularised(
+    structure: Structure, stretches: Sequence[Stretch], worth: Callable[[Joined], bool] = lambda _: True
+) -> Regularised | None:
+    """Fit whole logs free-running with the prior that predicts logs left out best.
+
+    None where the model runs away, or where no prior gives a fit that is ``worth`` leaving logs out for.
+    """
     if not groups_of(stretches):
         found = joined_from_simple(structure, stretches)
         return None if found is None else Regularised(found, np.inf, np.zeros(0))
-    return min(by_prior(structure, stretches), key=lambda r: r.error, default=None)
+    return min(by_prior(structure, stretches, worth), key=lambda r: r.error, default=None)
 
 
-def by_prior(structure: Structure, stretches: Sequence[Stretch]) -> list[Regularised]:
+def by_prior(
+    structure: Structure, stretches: Sequence[Stretch], worth: Callable[[Joined], bool] = lambda _: True
+) -> list[Regularised]:
     """The fits with every prior that do not run away, from tight to loose; none where nothing can be left out."""
-    tried: list[Regularised] = []
     groups = groups_of(stretches)
-    for ridge in RIDGES if groups else ():
-        one = _with_ridge(structure, stretches, groups, ridge, tried[-1] if tried else None)
-        if one is not None:
-            tried.append(one)
-    return tried
+    fits = _with_priors(structure, stretches) if groups else []
+    if not any(worth(found) for found, _ in fits):
+        return []
+    ways = [partial(_refitted, found, prior, g) for found, prior in fits for g in groups]
+    refits = iter(side_by_side(lambda way: way(), ways))
+    return [_judged(found, prior.ridge, list(islice(refits, len(groups)))) for found, prior in fits]
 
 
 def groups_of(stretches: Sequence[Stretch]) -> list[set[int]]:
@@ -96,22 +105,23 @@ def groups_of(stretches: Sequence[Stretch]) -> list[set[int]]:
     return [g for g in groups if g]
 
 
-def _with_ridge(
-    structure: Structure,
-    stretches: Sequence[Stretch],
-    groups: Sequence[set[int]],
-    ridge: float,
-    before: Regularised | None,
-) -> Regularised | None:
-    """The fit with one prior, begun from that with another where there is one."""
-    _, prior = regression_start(structure, stretches, ridge)
-    if before is None:
-        found = joined_from_simple(structure, stretches, ridge)
-    else:
-        found = join(before.joined.chain, before.joined.p, prior, before.joined.first, jumps=FIRM)
-    if found is None:
-        return None
-    refits = [_refitted(found, prior, g) for g in groups]
+def _with_priors(structure: Structure, stretches: Sequence[Stretch]) -> list[tuple[Joined, Prior]]:
+    """The fits with every prior, each begun from that with the one before where there is one."""
+    fits: list[tuple[Joined, Prior]] = []
+    for ridge in RIDGES:
+        _, prior = regression_start(structure, stretches, ridge)
+        if fits:
+            before = fits[-1][0]
+            found = join(before.chain, before.p, prior, before.first, jumps=FIRM)
+        else:
+            found = joined_from_simple(structure, stretches, ridge)
+        if found is not None:
+            fits.append((found, prior))
+    return fits
+
+
+def _judged(found: Joined, ridge: float, refits: Sequence[Refit | None]) -> Regularised:
+    """A fit with what those to the other logs predict of the one left out."""
     errors = [CAP if r is None else _error_of(found.chain, r) for r in refits]
     return Regularised(found, ridge, np.array(errors), tuple(r for r in refits if r is not None))
 

@@ -20,6 +20,7 @@ from identify.base_fit import (
 )
 from identify.fitted import Fitted
 from identify.in_common import in_common
+from identify.joined import Joined
 from identify.left_out import joined_regularised
 from identify.noise import calibrated
 from identify.output_error import prior_for
@@ -66,7 +67,7 @@ def fit_far_from_noise(
     """
     quick = quick or fit_for_prediction(structure, stretches)
     with suppress(NotIdentifiable):
-        joined = _by_joined_windows(structure, stretches)
+        joined = _by_joined_windows(structure, stretches, _astray(quick))
         return min(quick, joined, key=_astray)
     return quick
 
@@ -84,12 +85,27 @@ def _by_regression_alone(structure: Structure, stretches: tuple[Stretch, ...]) -
     return _at(structure, stretches, p)
 
 
-def _by_joined_windows(structure: Structure, stretches: tuple[Stretch, ...]) -> Fitted:
+def _by_joined_windows(
+    structure: Structure, stretches: tuple[Stretch, ...], others: tuple[bool, float]
+) -> Fitted:
+    """Whole logs fitted by joined windows, where those follow their logs better than others, by how ``_astray`` it is.
+
+    Raises
+    ------
+    NotIdentifiable
+        Where they do not, or the model cannot be run so.
+    """
+
+    def better(joined: Joined) -> bool:
+        with suppress(NotIdentifiable):
+            return _astray(_at(structure, stretches, joined.p)) < others
+        return False
+
     found = None
     if not structure.has_following_states and "u" in structure.model.predicts:
-        found = joined_regularised(structure, stretches)
+        found = joined_regularised(structure, stretches, better)
     if found is None:
-        raise NotIdentifiable("whole logs cannot be fitted free-running.")
+        raise NotIdentifiable("whole logs are not followed better free-running.")
     return replace(_at(structure, stretches, found.joined.p), refits=found.refits)
 
 
