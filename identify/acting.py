@@ -110,11 +110,11 @@ def _share(
 ) -> Share:
     places, fine = shares(names, inputs, unit, series)
     fine = fine.reshape(len(places), stretch.steps * SUBSTEPS)
-    mean, slope = (_among(len(names), places, lines) for lines in straight_lines(fine, SUBSTEPS))
+    mean, slope = (among(len(names), places, lines) for lines in straight_lines(fine, SUBSTEPS))
     return Share(places, fine, mean, slope)
 
 
-def _among(channels: int, places: tuple[int, ...], lines: FloatArray) -> FloatArray:
+def among(channels: int, places: tuple[int, ...], lines: FloatArray) -> FloatArray:
     """Columns (n, k) at their places among all channels (n, nc)."""
     out = np.zeros((len(lines), channels))
     out[:, list(places)] = lines

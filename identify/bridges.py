@@ -18,10 +18,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.acting import input_clocks
+from identify.acting import among, input_clocks, shares_of
 from identify.drive import drive
 from identify.kernel import CHANNEL
 from identify.resample import straight_lines
+from identify.steady import values_of
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
 from preprocess.trial import Measurement
@@ -34,7 +35,7 @@ HARMONICS = (1, 2, 3, 4)
 #: At most so many shapes of a window count: the largest; fewer where a log has more than so many numbers to show them.
 MOST, ROOM = 96, 4_000_000
 #: Of inputs that are logged more often than the first, s, one harmonic counts; than the second, none.
-FEW, NONE = 0.08, 0.015
+FEW, NONE = 0.15, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
 #: What lasts longer is cut off after so many intervals.
@@ -170,15 +171,18 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     change, x = _places(logged, at)
     by_delay = _by_delay(structure, p, stretch, name)
+    acts = tuple(np.flatnonzero(by_delay.any(axis=1)).tolist())
     changes = int(change.max()) + 1
-    total = np.array([np.bincount(change, row * part, changes) for row in by_delay])
+    total = np.array([np.bincount(change, row * part, changes) for row in by_delay[list(acts)]])
+    moved = total.reshape(len(acts), changes)[:, change]
     inside, apart = (x > 0.0) & (x < 1.0), math.ceil(stretch.h / logged.sample_time) + 1
+    turns = [inside & (change % apart == turn) for turn in range(apart)]
+    numbers = [np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1) for mine in turns]
     for k in HARMONICS if logged.sample_time > FEW else HARMONICS[:1]:
-        wave = _spread(k, logged.held) * np.sin(k * math.pi * x) * inside
-        for turn in range(apart):
-            mine = inside & (change % apart == turn)
-            number = np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1)
-            yield _Series(number, *straight_lines(total[:, change] * (wave * mine), SUBSTEPS))
+        wave = _spread(k, logged.held) * np.sin(k * math.pi * x)
+        for mine, number in zip(turns, numbers, strict=True):
+            lines = straight_lines(moved * (wave * mine), SUBSTEPS)
+            yield _Series(number, *(among(len(by_delay), acts, part) for part in lines))
 
 
 def _spread(harmonic: int, held: bool) -> float:
@@ -207,9 +211,12 @@ def _intervals(logged: Measurement) -> FloatArray:
 
 def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
     """Derivatives (channels, steps · SUBSTEPS) of the channels by a delay of one input."""
-    step = 0.5 * stretch.h / SUBSTEPS
-    late, early = (drive(structure, p, _moved(stretch, name, shift)).fine for shift in (step, -step))
-    return np.asarray((late - early) / (2.0 * step), dtype=float)
+    step, values = 0.5 * stretch.h / SUBSTEPS, values_of(structure, p)
+    out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
+    for shift in (step, -step):
+        for share in shares_of(structure, p, values, _moved(stretch, name, shift), name):
+            out[list(share.places)] += share.fine / (2.0 * shift)
+    return out
 
 
 def _moved(stretch: Stretch, name: str, shift: FloatArray | float) -> Stretch:
