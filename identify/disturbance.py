@@ -126,9 +126,7 @@ def _shown(bare: Problem, fitted: Fitted) -> tuple[FloatArray, ...] | None:
 
 def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> FloatArray:
     """How many times larger than white noise each stream's errors are without disturbances (4,), slowly averaged."""
-    if bare.hidden is not None:
-        answers = tuple(np.concatenate(a, axis=2) for a in zip(bare.hidden, answers, strict=True))
-    white, s = whitening_of(bare, answers), fitted.solution
+    white, s = whitening_of(bare, [*(bare.hidden or ()), (1.0, answers)]), fitted.solution
     now = moments(bare, s.structure, s.p, s.first)
     places = [(w.stretch, w.samples) for w in bare.windows]
     now = replace(now, white=lambda k, e: white.whitened(k, *places[k], bare.less_known(bare.windows[k], e)))

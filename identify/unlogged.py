@@ -28,7 +28,7 @@ from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
 from identify.tangents import Along, padded
 from identify.threads import abreast
-from identify.whitening import LEAST, eigen, weighted
+from identify.whitening import LEAST, Part, eigen, weighted, within
 from preprocess.cores import granted
 
 if TYPE_CHECKING:
@@ -70,18 +70,15 @@ class Unlogged:
     blown: tuple[FloatArray, ...] | None = None
 
     @property
-    def sure(self) -> list[tuple[FloatArray, ...]]:
-        """What is known of beside the answers, each of one standard deviation."""
-        blown = self.blown and tuple(math.sqrt(self.gusty) * a for a in self.blown)
-        return [each for each in (self.rounded, blown) if each is not None]
+    def sure(self) -> tuple[Part, ...]:
+        """What is known of beside the answers."""
+        each = ((1.0, self.rounded), (math.sqrt(self.gusty), self.blown))
+        return tuple((size, part) for size, part in each if part is not None)
 
     @property
-    def sized(self) -> tuple[FloatArray, ...]:
-        """The answers, each of one standard deviation."""
-        between = tuple(
-            math.sqrt(self.share) * a[:, :, : a.shape[2] if self.share else 0] for a in self.answers
-        )
-        return tuple(np.concatenate(a, axis=2) for a in zip(*self.sure, between, strict=True))
+    def parts(self) -> tuple[Part, ...]:
+        """All that is hidden."""
+        return (*self.sure, (math.sqrt(self.share), self.answers)) if self.share else self.sure
 
     @property
     def gusts_alone(self) -> Unlogged | None:
@@ -220,15 +217,14 @@ def _gains(problem: Problem, known: Unlogged, raw: Sequence[FloatArray]) -> Floa
 def _gains_in(
     problem: Problem,
     between: Sequence[FloatArray],
-    sure: Sequence[Sequence[FloatArray]],
+    sure: Sequence[Part],
     window: Window,
     error: FloatArray,
 ) -> FloatArray:
     """The same (shares,) of errors (m, 2) in one window, by answers ``between`` samples and those that are ``sure``."""
     steady = (problem.kinds(window) != kernel.POSITION)[:, None]
     answers, e = weighted(problem, between, window) * steady[:, :, None], error * steady
-    shapes = [answers[:, :, :0], *(weighted(problem, a, window) for a in sure)]
-    beside = np.concatenate(shapes, axis=2) * steady[:, :, None]
+    beside = within(problem, sure, window) * steady[:, :, None]
     gains = np.zeros(len(SHARES))
     if beside.shape[2]:
         power, vectors = eigen(beside)

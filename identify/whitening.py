@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A size, and what samples (m, 2, K) of every stretch show, in their units, of one standard deviation over that size.
+Part = tuple[float, Sequence[FloatArray]]
+
 #: Eigenvalues smaller than this change nothing.
 LEAST = 1e-2
 
@@ -76,15 +79,21 @@ class Whitening:
         return np.asarray((flat - less).reshape(columns.shape), dtype=float)
 
 
-def whitening_of(problem: Problem, answers: Sequence[FloatArray]) -> Whitening:
-    """What the errors of all windows are whitened by: per stretch the answers (m, 2, K), in its samples' units."""
-    shrink = np.zeros((len(problem.windows), max(1, max(a.shape[2] for a in answers))))
-    basis = tuple(np.zeros((*a.shape[:2], shrink.shape[1])) for a in answers)
-    found = abreast(lambda w: eigen(weighted(problem, answers, w)), problem.windows, granted())
+def whitening_of(problem: Problem, parts: Sequence[Part]) -> Whitening:
+    """What the errors of all windows are whitened by."""
+    found = abreast(lambda w: eigen(within(problem, parts, w)), problem.windows, granted())
+    shrink = np.zeros((len(found), max(1, max(len(power) for power, _ in found))))
+    basis = tuple(np.zeros((len(s.samples.t), 2, shrink.shape[1])) for s in problem.stretches)
     for number, (w, (power, vectors)) in enumerate(zip(problem.windows, found, strict=True)):
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink)
+
+
+def within(problem: Problem, parts: Sequence[Part], window: Window) -> FloatArray:
+    """All parts (m, 2, K) in a window's samples, each column of one standard deviation, as ``weighted`` gives them."""
+    nothing = np.zeros((len(problem.kinds(window)), 2, 0))
+    return np.concatenate([nothing, *(size * weighted(problem, a, window) for size, a in parts)], axis=2)
 
 
 def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:

@@ -25,7 +25,7 @@ from identify.swell import Swell
 from identify.tangents import Along, padded, run_for
 from identify.threads import abreast
 from identify.unlogged import Unlogged
-from identify.whitening import Whitening, whitening_of
+from identify.whitening import Part, Whitening, whitening_of
 from preprocess.cores import granted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -73,9 +73,9 @@ class Problem:
         return None if self.hidden is None else whitening_of(self, self.hidden)
 
     @cached_property
-    def hidden(self) -> tuple[FloatArray, ...] | None:
-        """Per stretch (m, 2, K) what the inputs' logs do not say, each of one standard deviation."""
-        return self.unlogged.over(self).sized if self.unlogged else None
+    def hidden(self) -> tuple[Part, ...] | None:
+        """What the inputs' logs do not say."""
+        return self.unlogged.over(self).parts if self.unlogged else None
 
     @property
     def swell(self) -> Swell | None:

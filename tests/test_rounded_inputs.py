@@ -20,7 +20,7 @@ from identify.rounded_inputs import held_levels, levels_in, rounding_of
 from identify.shared_levels import shared_by_windows
 from identify.structure import null_parameters
 from identify.unlogged import bent
-from identify.whitening import weighted
+from identify.whitening import weighted, within
 from identify.windows import tangents_of
 from preprocess.rounding import common_step, input_step
 from preprocess.trial import Measurement
@@ -154,7 +154,7 @@ def test_a_level_is_as_far_off_in_all_windows():
     for k, w in enumerate(problem.windows):
         stretch = problem.stretches[w.stretch]
         answers = weighted(problem, known.rounded, w).reshape(2 * len(rows[k]), -1)
-        every = weighted(problem, known.sized, w).reshape(len(answers), -1)
+        every = within(problem, known.parts, w).reshape(len(answers), -1)
         at = rows[k].reshape(len(answers), -1)[:, 8:]
         scores = at.T @ np.linalg.solve(np.eye(len(answers)) + every @ every.T, answers)
         [levels] = levels_in(known.structure, known.p, stretch, [(w.first, w.steps)])
