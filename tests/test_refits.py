@@ -10,12 +10,13 @@ import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
+from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
 from identify.fitted import FAR, NEAR
 from identify.prepare import prepare
 from preprocess.cores import on_cores
 from validate import refits
-from validate.candidates import candidates, screen
+from validate.candidates import candidates, from_starts, screen
 from validate.pace import Pace
 from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refit
 from validate.rounds import _finalists
@@ -122,3 +123,22 @@ def test_an_effect_is_looked_at_on_angles_beside_revolutions():
     named = {s.active.variant.input for s in _finalists(fitted, screen(fitted, limits), True)}
     assert named & {"azimuth_port", "azimuth_starboard"}
     assert named & {"n_port", "n_starboard"}
+
+
+def test_a_roll_is_found_from_far_off_whatever_start_promises_most():
+    """A good compass sees every swing: in windows longer than one, each is a valley of its own."""
+    roll = {"frequency": 1.44, "damping": 0.09, "sway": 0.5, "yaw": -1.5}
+    good = replace(Suite(), heading=Sensor(20.0, 3e-4, 0.0), yaw_rate=Sensor(20.0, 3e-4, 0.0))
+    ship, trials = trials_of(
+        "usv", ("zigzag", "random", "circle"), 80.0, 6, (Effect("roll_coupling", roll),), suite=good
+    )
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    assert fitted.chi2_per_dof > FAR
+    [screened] = from_starts(
+        fitted, [a for a in candidates(prepared.structure) if a.effect.name == "roll_coupling"]
+    )
+    found = refit(fitted, screened)
+    values = found.solution.structure.values(found.solution.p, 0)
+    assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.03)
+    assert values["yaw"] == pytest.approx(roll["yaw"], rel=0.3)

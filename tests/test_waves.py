@@ -12,7 +12,7 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect, World, wave_series
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import fit_from_scratch
+from identify.base_fit import fit_from_scratch, fit_states
 from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.prepare import prepare
@@ -102,6 +102,25 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
     assert {p.name: p.unit for p in reported.parameters} == {
         "frequency": "rad/s", "u": "m/s²", "v": "m/s²", "r": "rad/s²",
     }  # fmt: skip
+
+
+def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it():
+    effect = Effect("waves", {"frequency": 1.5, "u": 0.2, "v": 0.3, "r": 0.12})
+    fit = fitted("usv", [effect], 8)
+    structure, p = fit.solution.structure, fit.solution.p
+    sharp = tuple(s.weighted(0.05 * s.samples.sigma, 0.05) for s in fit.problem.stretches)
+    problem = replace(fit.problem, stretches=sharp)
+    fit = replace(fit, problem=problem, solution=fit_states(problem, structure, p))
+    assert fit.chi2_per_dof > 1000.0
+    waves = find_waves(fit)
+    assert waves is not None
+    assert waves.seen.frequency == pytest.approx(1.5, rel=0.03)
+
+
+def test_nothing_is_made_of_a_band_where_a_model_misses_more_than_the_motion():
+    fit = fitted("usv", [Effect("waves", {"frequency": 1.5, "u": 0.2, "v": 0.3, "r": 0.12})], 8)
+    p = np.where([s.coefficient >= 0 for s in fit.solution.structure.slots], -fit.solution.p, fit.solution.p)
+    assert find_waves(replace(fit, solution=replace(fit.solution, p=0.2 * p))) is None
 
 
 def test_a_band_pushes_at_higher_frequencies_than_it_shows_and_logs_count_whole():

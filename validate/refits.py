@@ -25,6 +25,7 @@ from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.pace import Pace
 from validate.scan import best_value
+from validate.swinging import begun_swinging, swings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -98,25 +99,21 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
     return mine & ~pushes if silent else np.zeros(len(p), dtype=bool)
 
 
-def swings(structure: Structure) -> bool:
-    """Whether the last effect swings by itself: its own valley is narrow, and bent all the way from none of it."""
-    return any(s.parameter.shape for s in structure.slots if s.effect == len(structure.actives) - 1)
-
-
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
 
     What swings is begun roughly with the frequency that was looked at.
     """
     problem = base.problem
-    value: FloatArray | None = screened.unmoved
-    if not swings(structure):
-        value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
+    if swings(structure):
+        others = () if converges(base) else screened.others
+        nearest = begun_swinging(structure, problem, (screened.unmoved, *others))
+        return nearest.p, nearest.first
+    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
-    length = min(SHORT, problem.length)
-    p = roughly(structure, problem.stretches, value, length)
+    p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
     return p, settled(problem, structure, p).first
 
 

@@ -17,10 +17,11 @@ from validate.consistency import consistent
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
-from validate.refits import swings, under
+from validate.refits import under
 from validate.scan import gain_and_value
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
+from validate.swinging import swings
 
 #: Names of effects.
 Names = frozenset[str]

@@ -20,6 +20,7 @@ from identify.fitted import Fitted
 from identify.swell import Swell
 from validate.error_spectra import TAPERS, Spectra, spectra_of
 from validate.peaks import AROUND, BAND, Around, around_of, chance_of, core_of
+from validate.structure_left import spread_of
 from validate.wave_band import CHANNELS, by_window, measured, three
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -45,8 +46,8 @@ GRAVITY = 9.81
 BREAKING = 0.44 * GRAVITY
 #: Waves shorter than this share of a vessel's length push one way here and the other there, and do not move it.
 SHORTEST = 0.25
-#: Above this cost per degree of freedom nothing is made of a band.
-TOO_FAR = 1000.0
+#: Nothing is made of a band where u, v, r are missed by more than this share of their variance, on average.
+TOO_FAR = 1.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
 
@@ -78,9 +79,15 @@ def find_waves(fitted: Fitted) -> Swell | None:
 
 
 def _spectra_near(fitted: Fitted) -> Spectra | None:
-    """Spectra of the errors; None where they cannot show anything, or are those of another vessel."""
+    """Spectra of the errors; None where they cannot show anything, or are those of another vessel.
+
+    How far they are above the sensors' noise says nothing of that: a good compass sees any swell at a thousand times.
+    """
     spectra = spectra_of(fitted)
-    return None if spectra is None or fitted.chi2_per_dof > TOO_FAR else spectra
+    if spectra is None:
+        return None
+    missed = float(np.mean(spectra.mean_square / spread_of(fitted.problem.stretches) ** 2))
+    return spectra if missed < TOO_FAR else None
 
 
 def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> Swell | None:
