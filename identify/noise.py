@@ -25,10 +25,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A lone error of more than this many times the stream's own size is an outlier; its σ is multiplied by ``ASIDE``.
 WILD, ASIDE = 7.0, 1e4
-#: Time lags at which errors are told smooth from rough, s.
-SMOOTH_LAGS = (1.5, 4.5)
-#: Autocorrelation is summed over at most this time, s.
-MEMORY = 8.0
+#: Time lags at which errors are told smooth from rough, in steps of the integration: longer aboard what answers slowly.
+SMOOTH_LAGS = (15.0, 45.0)
+#: Autocorrelation is summed over at most so many steps.
+MEMORY = 80.0
 #: What inputs hide between their samples is looked for where a stream's slow errors are larger than its noise by more.
 SUSPECT = 1.05
 
@@ -66,7 +66,8 @@ def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
         return 1.0
     n = sum(e.size for _, e in errors)
     interval = float(np.median(np.concatenate([np.diff(t) for t, _ in errors])))
-    lags = max(2, min(int(MEMORY / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
+    memory = MEMORY * problem.stretches[0].h
+    lags = max(2, min(int(memory / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
     covariance = _autocovariance([c for _, e in errors for c in e.T], lags) / n
     noise = 2.0 * covariance[0] / np.sqrt(n)
     died = np.nonzero(covariance[1:] < noise)[0]
@@ -88,7 +89,8 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     power 1 for a wander (first-order Gauss-Markov noise). The power is taken one standard error low (jackknife over
     windows), since few windows of a slow error tell little.
     """
-    sums = [_increments(problem, moments, kind, lag) for lag in SMOOTH_LAGS]
+    h = problem.stretches[0].h
+    sums = [_increments(problem, moments, kind, lag * h) for lag in SMOOTH_LAGS]
     white = 2.0 * (white_ratio(problem, moments, kind)) ** 2
     if any(len(s) == 0 for s in sums) or len(sums[0]) != len(sums[1]):
         return 0.0
@@ -101,6 +103,20 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     known = np.array([p for p in without if p is not None])
     error = float(np.sqrt((n - 1) * np.var(known))) if len(known) > 1 else 0.0
     return float(np.clip(1.5 * (power - error - 1.1), 0.0, 1.0))
+
+
+def beyond_drift(problem: Problem, moments: Moments) -> float:
+    """Part of the slow variance of the positions' errors that a drift which is known is too small for; 0 without one.
+
+    Less a drift that is known, whatever is slow looks like a drift.
+    """
+    slow = known = 0.0
+    for w, raw in zip(problem.windows, moments.raw, strict=True):
+        stretch, mine = problem.stretches[w.stretch], problem.kinds(w) == kernel.POSITION
+        if stretch.drift is not None:
+            slow += float(np.sum(raw[mine] ** 2 - 1.0))
+            known += 2.0 * float(np.sum((stretch.drift.size / stretch.samples.sigma[w.samples][mine]) ** 2))
+    return float(np.clip(1.0 - known / slow, 0.0, 1.0)) if slow > 0.0 else 0.0
 
 
 def _power(totals: FloatArray, white: float) -> float | None:

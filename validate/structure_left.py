@@ -12,7 +12,7 @@ from identify.drive import drive
 from identify.first_states import begun, first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.gusts import blown
-from identify.noise import calibrated, smoothness
+from identify.noise import beyond_drift, calibrated, smoothness
 from identify.output_error import Prior, Solution, information_of, solve
 from identify.predict import relative_errors, run, shown, true_first_state
 from identify.stretch import KIND, Stretch
@@ -130,7 +130,8 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
 
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
-    measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left. Where
+    measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left, unless
+    a wander that is known is too small for them. Where
     they are far from the noise, and from what the inputs hide, they are neither, and what whole logs are off by counts
     too.
     """
@@ -151,6 +152,9 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }
+    smooth[KIND["position"]] = max(
+        smooth[KIND["position"]], beyond_drift(fitted.problem, fitted.solution.moments)
+    )
     known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
     share = left * known
     if (fitted if seen.problem.unlogged is None else seen).chi2_per_dof > FAR:
