@@ -11,8 +11,10 @@ from identification_samples import trials_of
 from fixtures.effects import Effect
 from fixtures.sensors import Suite
 from identify.base_fit import fit_from_scratch
+from identify.drift import Drift
 from identify.drive import drive
 from identify.fitted import FAR, NEAR
+from identify.noise import beyond_drift
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from validate.advice import idle_inputs
@@ -118,3 +120,18 @@ def test_far_from_the_noise_what_whole_logs_are_off_by_counts():
     whole = over_whole_logs(fitted, ready.identify, spread_of(ready.identify))
     share = structured_share(fitted)
     assert all(share[c] >= whole[c] > 0.0 for c in "uvr")
+
+
+def test_a_wander_excuses_no_errors_that_it_is_too_small_for():
+    prepared = prepared_with(Effect("current", {"speed": 0.4, "direction": 1.0}))
+    wandering = tuple(replace(s, drift=Drift(0.1, 40.0)) for s in prepared.identify)
+    fitted = fit_from_scratch(prepared.structure, wandering, length=30.0)
+    assert structured_share(fitted)["u"] == pytest.approx(predicted(fitted, 0), rel=0.15)
+    large = tuple(replace(s, drift=Drift(10.0, 40.0)) for s in fitted.problem.stretches)
+    for problem, beyond in ((fitted.problem, 1.0), (replace(fitted.problem, stretches=large), 0.0)):
+        assert beyond_drift(problem, fitted.solution.moments) == pytest.approx(beyond, abs=0.15)
+
+
+def test_without_a_wander_nothing_is_beyond_it():
+    fitted = fit_from_scratch(prepared_with().structure, prepared_with().identify)
+    assert beyond_drift(fitted.problem, fitted.solution.moments) == 0.0
