@@ -101,3 +101,8 @@ def test_what_the_documents_say_of_the_file_is_right(page, tmp_path):
         path = tmp_path / "capture.toml"
         path.write_text(text, encoding="utf-8")
         assert read_settings(path).out.parent.is_relative_to(tmp_path)
+
+
+def test_a_file_that_cannot_be_read_is_said_so(tmp_path):
+    with pytest.raises(CampaignError, match=r"capture\.toml: the file: expected one that can be read"):
+        read_settings(tmp_path / "capture.toml")

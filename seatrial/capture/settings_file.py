@@ -171,6 +171,8 @@ def read_settings(path: Path) -> CaptureSettings:
         table = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise CampaignError(path, "the file", "TOML", str(error)) from error
+    except OSError as error:
+        raise CampaignError(path, "the file", "one that can be read", error.strerror or str(error)) from error
     check_keys(path, "", table, TOP)
     out = Path(table.get("out", DEFAULT_OUT))
     limits = {
