@@ -14,15 +14,17 @@ from identify.stretch import Stretch
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.scores import predictions, validation
 
-#: Unseen logs count as predicted worse from this ratio of the squared errors on.
-WORSE = 1.1
+#: Unseen logs count as predicted worse from this ratio of the squared errors on; where a fit stays far from the noise
+#: they must be predicted better.
+WORSE, BETTER = 1.1, 0.9
 #: ... and so much worse from this ratio on that no smoother's own errors can be why.
 RUN_AWAY = 4.0
 
 
 def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
-    """Whether unseen logs are predicted worse with the effects than without.
+    """Whether unseen logs are predicted worse with the effects than without; far from the noise, whether no better.
 
+    What is far has something else the matter with it, which effects that are none of its causes can be bent to.
     Free-running errors judge first; near the noise of the sensors the raw measurements have the last word: errors
     against a smoothed measurement are in part the smoother's, and the longer a prediction runs free, the more. Off the
     noise they have it where they are clearly nearer over whole logs too: a compass that is late, or a receiver that
@@ -31,10 +33,9 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     unseen = prepared.validate
     spread = _spread((*prepared.identify, *unseen))
     before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
-    if after_ <= WORSE * before:
-        return False
-    if after.chi2_per_dof > FAR:
-        return True
+    far = after.chi2_per_dof > FAR
+    if far or after_ <= WORSE * before:
+        return far and after_ > BETTER * before
     nearer = _times_nearer(unseen, declared, after, after.problem.length)
     if after.chi2_per_dof < NEAR and (nearer > RUN_AWAY or _left_open(after, unseen)):
         return False
