@@ -77,6 +77,6 @@ def speaks_only_for_a_smoother(prepared, declared, after):
 
 
 def test_far_from_the_noise_effects_must_predict_unseen_logs_better():
-    prepared, declared, after = late_gyro(wander=0.12)
+    prepared, declared, _ = late_gyro(wander=0.12)
     assert declared.chi2_per_dof > FAR
     assert speak_against(prepared, declared, declared)  # as well is not better
