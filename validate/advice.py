@@ -58,8 +58,8 @@ def advice_for(
         )
     if outcome.refuted:
         parts.append(
-            f"Taken back: {joined(outcome.refuted)}, which fits the logs to identify on but predicts the unseen ones "
-            "worse. Sail the same manoeuvre twice, once for each, to see what differs."
+            f"Taken back: {joined(outcome.refuted)}: the logs to identify on are fitted better so, the unseen ones "
+            "predicted no better. Sail the same manoeuvre twice, once for each, to see what differs."
         )
     if outcome.unsure:
         parts.append(
