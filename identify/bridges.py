@@ -34,8 +34,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 HARMONICS = (1, 2, 3, 4)
 #: At most so many shapes of a window count: the largest; fewer where a log has more than so many numbers to show them.
 MOST, ROOM = 96, 4_000_000
-#: Inputs that are logged more often than this, s, hide nothing.
-NONE = 0.015
+#: Of inputs that are logged more often than the first, s, one harmonic counts; than the second, none.
+FEW, NONE = 0.08, 0.015
 #: A longer pause in an input's log counts as so many of its intervals.
 LONGEST = 4.0
 #: What lasts longer is cut off after so many intervals.
@@ -178,16 +178,16 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     inside, apart = (x > 0.0) & (x < 1.0), math.ceil(stretch.h / logged.sample_time) + 1
     turns = [inside & (change % apart == turn) for turn in range(apart)]
     numbers = [np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1) for mine in turns]
-    for k in _showing(logged.sample_time / stretch.h):
+    for k in _showing(logged.sample_time, stretch.h):
         wave = _spread(k, logged.held) * np.sin(k * math.pi * x)
         for mine, number in zip(turns, numbers, strict=True):
             lines = straight_lines(moved * (wave * mine), SUBSTEPS)
             yield _Series(number, *(among(len(by_delay), acts, part) for part in lines))
 
 
-def _showing(steps: float) -> tuple[int, ...]:
-    """Harmonics between samples so many steps apart whose halves last half a step: what is faster hardly shows."""
-    return HARMONICS[: max(1, round(2.0 * steps))]
+def _showing(interval: float, step: float) -> tuple[int, ...]:
+    """Harmonics that show of an input with such an interval, s: those whose halves last half a step, at least two."""
+    return HARMONICS[: max(2, round(2.0 * interval / step))] if interval > FEW else HARMONICS[:1]
 
 
 def _spread(harmonic: int, held: bool) -> float:

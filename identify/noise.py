@@ -105,17 +105,22 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     return float(np.clip(1.5 * (power - error - 1.1), 0.0, 1.0))
 
 
-def beyond_drift(problem: Problem, moments: Moments) -> float:
+def beyond_drift(problem: Problem, moments: Moments, smoothed: bool = False) -> float:
     """Part of the slow variance of the positions' errors that a drift which is known is too small for; 0 without one.
 
-    Less a drift that is known, whatever is slow looks like a drift.
+    Less a drift that is known, whatever is slow looks like a drift. Where windows begin as ``smoothed`` motion does,
+    the errors of its velocities, which the drift has made, add up.
     """
     slow = known = 0.0
     for w, raw in zip(problem.windows, moments.raw, strict=True):
         stretch, mine = problem.stretches[w.stretch], problem.kinds(w) == kernel.POSITION
-        if stretch.drift is not None:
-            slow += float(np.sum(raw[mine] ** 2 - 1.0))
-            known += 2.0 * float(np.sum((stretch.drift.size / stretch.samples.sigma[w.samples][mine]) ** 2))
+        if stretch.drift is None:
+            continue
+        weight = stretch.samples.sigma[w.samples][mine] ** -2.0
+        since = stretch.samples.t[w.samples][mine] - stretch.start - stretch.h * w.first
+        begun = float(np.sum(stretch.sigmas[w.first, :2] ** 2)) if smoothed else 0.0
+        slow += float(np.sum(raw[mine] ** 2 - 1.0))
+        known += float(np.sum(weight * (2.0 * stretch.drift.size**2 + begun * since**2)))
     return float(np.clip(1.0 - known / slow, 0.0, 1.0)) if slow > 0.0 else 0.0
 
 

@@ -152,9 +152,8 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }
-    smooth[KIND["position"]] = max(
-        smooth[KIND["position"]], beyond_drift(fitted.problem, fitted.solution.moments)
-    )
+    beyond = beyond_drift(fitted.problem, fitted.solution.moments, not _known_better(seen))
+    smooth[KIND["position"]] = max(smooth[KIND["position"]], beyond)
     known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
     share = left * known
     if (fitted if seen.problem.unlogged is None else seen).chi2_per_dof > FAR:
