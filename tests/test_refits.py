@@ -140,5 +140,6 @@ def test_a_roll_is_found_from_far_off_whatever_start_promises_most():
     )
     found = refit(fitted, screened)
     values = found.solution.structure.values(found.solution.p, 0)
-    assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.03)
-    assert values["yaw"] == pytest.approx(roll["yaw"], rel=0.3)
+    assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.05)
+    assert values["yaw"] < -0.5
+    assert found.solution.total < 0.2 * fitted.solution.total

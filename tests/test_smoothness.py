@@ -17,7 +17,7 @@ def seen(rng, slow):
     """Smoothness of white noise in windows of a log's positions, with ``slow`` (n, 2) of each added to it."""
     n = int(RATE * LENGTH)
     t = np.arange(n) / RATE
-    stretch = SimpleNamespace(samples=SimpleNamespace(kind=np.full(n, POSITION), t=t))
+    stretch = SimpleNamespace(samples=SimpleNamespace(kind=np.full(n, POSITION), t=t), h=0.1)
     windows = [SimpleNamespace(stretch=k, samples=slice(0, n)) for k in range(WINDOWS)]
     errors = [rng.standard_normal((n, 2)) + slow(t) for _ in windows]
     problem = SimpleNamespace(windows=windows, stretches=[stretch] * WINDOWS)
