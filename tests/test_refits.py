@@ -18,7 +18,7 @@ from preprocess.cores import on_cores
 from validate import refits
 from validate.candidates import candidates, from_starts, screen
 from validate.pace import Pace
-from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refit
+from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refined, refit
 from validate.rounds import _finalists
 
 
@@ -138,8 +138,7 @@ def test_a_roll_is_found_from_far_off_whatever_start_promises_most():
     [screened] = from_starts(
         fitted, [a for a in candidates(prepared.structure) if a.effect.name == "roll_coupling"]
     )
-    found = refit(fitted, screened)
+    found = refined(refit(fitted, screened), 10.0)  # as the rounds go on with what they take
     values = found.solution.structure.values(found.solution.p, 0)
-    assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.05)
-    assert values["yaw"] < -0.5
-    assert found.solution.total < 0.2 * fitted.solution.total
+    assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.03)
+    assert values["yaw"] == pytest.approx(roll["yaw"], rel=0.3)
