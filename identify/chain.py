@@ -33,7 +33,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Chain:
-    """Stretches in pieces that follow each other.
+    """Stretches in pieces that follow each other, stretch by stretch.
 
     ``spread`` (stretches, 3) of u, v, r in each; ``measured`` per stretch the states (steps + 1, 3) that are compared.
     """

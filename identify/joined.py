@@ -131,8 +131,7 @@ def _moved(structure: Structure, p: FloatArray, move: FloatArray) -> FloatArray:
 
 def _smoothed(stretches: Sequence[Ready]) -> FloatArray:
     """First u, v, r (pieces, 3) of every piece, through the water, from the smoothed states."""
-    order = np.argsort(np.concatenate([s.numbers for s in stretches]))
-    return np.asarray(np.concatenate([s.smoothed for s in stretches])[order])
+    return np.concatenate([s.smoothed for s in stretches])
 
 
 def _step(now: _Normal, damping: float) -> tuple[FloatArray, FloatArray]:

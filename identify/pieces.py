@@ -96,9 +96,7 @@ def paths_of(stretches: Sequence[Ready], p: FloatArray, first: FloatArray) -> Pa
     found = [run for run in runs if run is not None]
     if len(found) < len(runs):
         return None
-    order = np.argsort(np.concatenate([s.numbers for s in stretches]))
-    moment, end, slope = (np.concatenate(x)[order] for x in zip(*found, strict=True))
-    return Paths(moment, end, slope)
+    return Paths(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
 def _run(s: Ready, p: FloatArray, first: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:

@@ -102,7 +102,7 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
 def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
 
-    What swings is begun roughly with the frequency that was looked at.
+    What swings is begun from the frequency that was looked at, off the noise from others that promise much too.
     """
     problem = base.problem
     if swings(structure):

@@ -131,9 +131,8 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
     measurements are white, or rough as a wander is (a force that is missing makes smooth ones), nothing is left, unless
-    a wander that is known is too small for them. Where
-    they are far from the noise, and from what the inputs hide, they are neither, and what whole logs are off by counts
-    too.
+    a wander that is known is too small for them. Where they are far from the noise, and from what the inputs hide, they
+    are neither, and what whole logs are off by counts too.
     """
     seen, fitted = fitted, ahead(fitted)
     everything = range(len(fitted.problem.windows))

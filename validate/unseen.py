@@ -33,9 +33,10 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     unseen = prepared.validate
     spread = _spread((*prepared.identify, *unseen))
     before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
-    far = after.chi2_per_dof > FAR
-    if far or after_ <= WORSE * before:
-        return far and after_ > BETTER * before
+    if after.chi2_per_dof > FAR:
+        return after_ > BETTER * before
+    if after_ <= WORSE * before:
+        return False
     nearer = _times_nearer(unseen, declared, after, after.problem.length)
     if after.chi2_per_dof < NEAR and (nearer > RUN_AWAY or _left_open(after, unseen)):
         return False
