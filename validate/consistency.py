@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.fitted import Fitted
+from identify.settled import settled
 from identify.windows import Problem, Window
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -35,13 +36,22 @@ def consistent(base: Fitted, fit: Fitted) -> bool:
 
 def _puts_right(base: Fitted, fit: Fitted, gains: FloatArray) -> bool:
     """Whether the stretches of time that gain are left with no larger errors than the others."""
-    left = by_time(replace(fit, problem=base.problem)) / np.maximum(_samples_by_time(fit), 1.0)
+    left = by_time(_under_weights_of(base, fit)) / np.maximum(_samples_by_time(base), 1.0)
     return bool(np.average(left, weights=np.maximum(gains, 0.0) + 1e-12) < RIGHT * left.mean())
 
 
 def gains_by_time(base: Fitted, fit: Fitted) -> FloatArray:
     """Gain of short stretches of time (bins,), under the base's weights."""
-    return by_time(base) - by_time(replace(fit, problem=base.problem))
+    return by_time(base) - by_time(_under_weights_of(base, fit))
+
+
+def _under_weights_of(base: Fitted, fit: Fitted) -> Fitted:
+    """A fit's parameters in the windows of a base, with its weights."""
+    if fit.problem is base.problem:
+        return fit
+    there = settled(base.problem, fit.solution.structure, fit.solution.p)
+    solution = replace(fit.solution, first=there.first, moments=there.moments)
+    return replace(fit, problem=base.problem, solution=solution)
 
 
 def stands_out(gains: FloatArray, times: float = SCATTER) -> bool:
