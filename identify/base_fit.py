@@ -12,8 +12,9 @@ import numpy as np
 
 from identify.chain import spreads
 from identify.first_states import first_states
-from identify.fitted import FAR, Fitted, chi2_of
+from identify.fitted import FAR, NEAR, Fitted, chi2_of
 from identify.in_common import in_common
+from identify.loosened import loosened
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors
@@ -39,10 +40,16 @@ FOLLOWS = 0.5
 ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
 PATIENCE = 4
+#: Steps in which a fit gets used to another's weights.
+FEW = 5
 #: Ridge of a regression that a second search begins with, where the first ran away in long windows.
 FIRM = 1e-2
 #: A fit that was begun elsewhere is clearly nearer the noise below this share of the other's cost.
 CLEARLY = 0.9
+#: ... or, near it, by this gain in 2 log likelihood under the other's weights.
+DECISIVE = 10.0
+#: Slow errors of less than this, in units of their noise, leave nothing to look for elsewhere.
+SLOWLY = 1.1
 
 
 def window_length(length: float) -> float:
@@ -63,7 +70,8 @@ def fit_from_scratch(
     """Fit a structure without a start of its own.
 
     A fit that stays off the noise is begun again: with the axes apart, or, from effects of known values, with these
-    held until the longest windows, for short ones hardly show what a vessel remembers.
+    held until the longest windows, for short ones hardly show what a vessel remembers. What still leaves something near
+    the noise is begun a third time, over long windows at once (``identify.loosened``).
 
     Parameters
     ----------
@@ -86,12 +94,21 @@ def fit_from_scratch(
     found = _grown(structure, stretches, begin(), length)
     if found.problem.length < length:
         found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
-    another = _second_way(structure, stretches, values, length, p is None if apart is None else apart)
+    axes = p is None if apart is None else apart
+    another = _second_way(structure, stretches, values, length, axes)
     calibrate = partial(_calibrated, rounds=rounds, fine=fine)
     first, (found, again) = found, _calibrated_and_again(found, calibrate, another)
     if again is not None and _farther(first, again) is again:
         found = _farther(found, calibrate(again))
+    if axes and _misses_little(found):
+        third = tried(partial(loosened, structure, stretches, values, length))
+        found = found if third is None else _farther(found, calibrate(third))
     return _straight(found, calibrate)
+
+
+def _misses_little(found: Fitted) -> bool:
+    """Whether something is left near the noise: far from it, where an effect is missing, every valley is as good."""
+    return not found.is_far and (found.chi2_per_dof > NEAR or found.slow > SLOWLY)
 
 
 def _second_way(
@@ -144,7 +161,18 @@ def _farther(one: Fitted, other: Fitted) -> Fitted:
     """The first of two fits, unless the other has longer windows, or is clearly nearer the noise in equal ones."""
     if one.problem.length != other.problem.length:
         return max(one, other, key=lambda f: f.problem.length)
-    return other if other.chi2_per_dof < CLEARLY * one.chi2_per_dof else one
+    return other if other.chi2_per_dof < CLEARLY * one.chi2_per_dof or _likelier(other, one) else one
+
+
+def _likelier(other: Fitted, one: Fitted) -> bool:
+    """Whether near the noise a fit is decidedly likelier than one by whose weights both are judged."""
+    if one.is_far or other.is_far:
+        return False
+    p, structure = other.solution.p, one.solution.structure
+    there = settled(one.problem, structure, p).first
+    anchor = first_states(one.problem)
+    found = solve(one.problem, structure, p, there, one.prior, anchor=anchor, budget=FEW)
+    return found.total < one.solution.total - DECISIVE
 
 
 def _grown(
