@@ -41,6 +41,8 @@ class Parameter:
     shape : bool
         Whether it says of what kind an effect is (a period), not how much of it there is: at ``null`` it need not be
         nothing.
+    places : int
+        At so many places all over its bounds a search is begun off the noise, where the cost has several valleys.
     within : callable, optional
         ``within(vessel) -> (low, high)``: bounds that depend on the vessel, in place of ``bounds``.
     """
@@ -54,6 +56,7 @@ class Parameter:
     relative: bool = False
     known: float = np.inf
     shape: bool = False
+    places: int = 0
     within: Callable[[Vessel], tuple[float, float]] | None = None
 
 

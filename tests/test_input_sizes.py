@@ -22,7 +22,7 @@ from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate.candidates import candidates
 from validate.refits import begun_at
-from validate.sizes import at_likeliest_size, begun_between_sizes
+from validate.sizes import at_likeliest_size, begun_all_over, begun_between_sizes
 
 LEVELS = np.array([0.0, 0.08, -0.12, 0.3, -0.5, 0.9])
 NEUTRAL = Variant("right", {"form": "neutral"})
@@ -114,3 +114,20 @@ def test_an_effect_that_asks_for_no_size_is_left_as_it_is():
     fitted = fit_from_scratch(prepared.structure.with_effect(fade), prepared.identify, length=10.0)
     assert begun_between_sizes(fitted) is fitted
     assert at_likeliest_size(fitted) is fitted
+    assert begun_all_over(fitted) is fitted
+
+
+def test_an_antenna_is_looked_for_ahead_and_astern():
+    """Linear terms follow a sway of any place aboard; between the valleys of what is not linear there is a ridge."""
+    moved = Effect("antenna_offset", {"x": 3.0, "y": 0.6})
+    ship, trials = trials_of("patrol", ("zigzag", "random", "circle"), 60.0, 5, (moved,), validate=0)
+    prepared = prepare(trials, ship.model)
+    [antenna] = [a for a in candidates(prepared.structure) if a.label == "antenna_offset"]
+    structure = prepared.structure.with_effect(antenna)
+    p = null_parameters(structure)
+    p[[k for k, s in enumerate(structure.slots) if s.effect == 0]] = -3.0, 0.6
+    astern = fit_from_scratch(structure, prepared.identify, p, length=20.0)
+    assert astern.solution.p[[s.name for s in structure.slots].index("x")] < 0.0
+    found = begun_all_over(astern).solution
+    assert found.total < 0.98 * astern.solution.total
+    assert structure.values(found.p, 0) == pytest.approx({"x": 3.0, "y": 0.6}, abs=0.3)

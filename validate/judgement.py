@@ -36,7 +36,7 @@ from validate.refits import (
 )
 from validate.scan import best_value
 from validate.score_scatter import Scatter, scatter
-from validate.sizes import begun_between_sizes
+from validate.sizes import begun_all_over, begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -149,7 +149,7 @@ def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
 
     The last effect's are those that the accelerations want, too: a search that began elsewhere may have stopped short.
     """
-    structure, best = fitted.solution.structure, begun_between_sizes(fitted)
+    structure, best = fitted.solution.structure, begun_all_over(begun_between_sizes(fitted))
     wanted = best_value(structure, fitted.problem.stretches, best.solution.p)
     if wanted is not None:
         best = min(best, _begun_roughly(fitted, wanted), key=lambda f: total(f.solution))

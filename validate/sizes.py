@@ -1,6 +1,11 @@
-"""The size that an input must pass: what only asks whether it does has no slope to search along."""
+"""Values of an effect that a search does not come to from where it is.
+
+The size that an input must pass has no slope to search along; the place of an antenna has several valleys.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,6 +17,8 @@ from identify.rough_fit import roughly
 from identify.structure import effects_alone
 from preprocess.cores import side_by_side
 from validate.refits import begun_at
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A size that an input passes is searched by steps of the first share of it, down to the second.
 WIDEST, NARROWEST = 0.08, 0.002
@@ -48,14 +55,30 @@ def begun_between_sizes(fitted: Fitted) -> Fitted:
     if k is None:
         return fitted
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)))
+    return _begun_with(fitted, k, sizes)
+
+
+def begun_all_over(fitted: Fitted) -> Fitted:
+    """The nearest of a fit and those begun roughly with its last effect at places all over what is possible for it."""
+    structure, best = fitted.solution.structure, fitted
+    for k, slot in enumerate(structure.slots):
+        places, bounds = slot.parameter.places, slot.parameter.bounds
+        if places and slot.effect == len(structure.actives) - 1:
+            best = _begun_with(best, k, np.linspace(*bounds, places + 2)[1:-1])
+    return best
+
+
+def _begun_with(fitted: Fitted, k: int, values: Sequence[float] | FloatArray) -> Fitted:
+    """The nearest of a fit and those begun roughly with one parameter at other values."""
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
     known, length = effects_alone(structure, fitted.solution.p), min(SHORT, fitted.problem.length)
 
-    def begun(size: float) -> Fitted | None:
-        p = np.where(np.arange(len(known)) == k, size, known)
+    def begun(value: float) -> Fitted | None:
+        p = np.where(np.arange(len(known)) == k, value, known)
         return tried(lambda: begun_at(fitted, roughly(structure, stretches, p, length), FOLLOWED))
 
-    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)))
-    found = side_by_side(begun, sizes, shared=in_common(fitted))
+    found = side_by_side(begun, list(values), shared=in_common(fitted))
     return min((f for f in (fitted, *found) if f), key=lambda f: f.solution.total)
 
 

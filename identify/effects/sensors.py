@@ -50,7 +50,11 @@ ANTENNA_OFFSET = Effect(
     "The antenna is not where the campaign says it is.",
     "Measure the antenna from the origin, forward and to starboard.",
     "Groves 2013, sec. 3.4",
-    parameters=tuple(Parameter(n, "m", 0.1, within=partial(_aboard, k)) for k, n in enumerate("xy")),
+    # With the sway v + x r a hull's linear terms are as good: what is not linear tells x, and has several valleys.
+    parameters=(
+        Parameter("x", "m", 0.1, places=4, within=partial(_aboard, 0)),
+        Parameter("y", "m", 0.1, within=partial(_aboard, 1)),
+    ),
     sensor=lambda p, _: SensorShift(antenna=(p["x"], p["y"])),
     variants=lambda s: [Variant()] if "position" in s.streams else [],
 )  # fmt: skip
