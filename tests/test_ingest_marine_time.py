@@ -110,6 +110,23 @@ def test_lost_zeros_of_host_stamps_are_put_back():
     assert any("leading zeros" in f.message for f in stream.findings)
 
 
+def test_a_host_stamp_that_is_damaged_moves_no_record():
+    """A stamp has no checksum of its own: one flipped bit of a date would make a log of ten days."""
+    lines = [
+        f"2024-06-{11 if i == 40 and b'GGA' in s else 1:02d}T12:00:{i / 8:06.3f}Z ".encode() + s
+        for i in range(80)
+        for s in epoch(43200 + i / 8)
+    ]
+    stream = decode_stream(b"".join(lines))
+    index = stream.tables["GGA"].index.to_numpy()
+    assert len(index) == 80
+    np.testing.assert_allclose(np.diff(index) * 1e-9, 0.125, atol=0.07)
+    assert np.ptp(index) == pytest.approx(79 / 8 * SECOND, abs=2e6)
+    [said] = [f for f in stream.findings if "contradict" in f.message]
+    assert said.kind == "clock"
+    assert said.count == 1
+
+
 def test_tag_blocks():
     def tagged(t: int, sentence: bytes) -> bytes:
         block = f"s:r1,c:{1717243200 + t}"

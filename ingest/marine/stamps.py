@@ -11,6 +11,7 @@ from ingest.compiled import compiled
 from ingest.hexadecimal import hex_digit
 from ingest.log import Finding
 from ingest.marine.scan import Bytes, Records
+from ingest.wrong_stamps import wrong_stamps
 
 Integers = NDArray[np.int64]
 
@@ -62,6 +63,11 @@ def host_stamps(data: Bytes, records: Records) -> Stamps | None:
     if other:
         text = f"{other} lines have another text than a time stamp before the record"
         findings.append(Finding("note", text, count=other))
+    wrong = np.flatnonzero(good)[wrong_stamps(ns[good])]
+    if len(wrong):
+        text = f"{len(wrong)} time stamps that their neighbours contradict; their records are timed by these"
+        findings.append(Finding("clock", text, count=len(wrong)))
+        good[wrong] = False
     return Stamps(ns, good, utc, tuple(findings))
 
 
