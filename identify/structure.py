@@ -15,7 +15,7 @@ from identify.layout import Layout, layout_of
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
 from identify.slot import CLOCK, U0, Slot, clocks, reference_speed
 from identify.tape import Tape, tape_of
-from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
+from identify.term import FACTORS, MOST_FACTORS, Term, brakes, factors_of
 from ingest.errors import UsageError
 from preprocess.vessel import Input, Vessel
 
@@ -57,7 +57,8 @@ class Structure:
     ``input_lead`` is the prior (mean, standard deviation) in s of how far the actuators may be ahead of the logged
     inputs because an input is only logged now and then; None where that is negligible. ``unsure`` is the standard
     deviation in s of the stamps of streams whose times only the order of the records tells, all together. ``u0`` is the
-    speed that terms in Δu are about, or where the search for it begins if it is to be ``u0_found``.
+    speed that terms in Δu are about, or where the search for it begins if it is to be ``u0_found``. If it ``slows``, no
+    coefficient drives it at high speeds (``identify.braked``).
     """
 
     model: Model
@@ -70,6 +71,7 @@ class Structure:
     input_lead: tuple[float, float] | None = None
     unsure: Mapping[str, float] = field(default_factory=dict)
     u0_found: bool = False
+    slows: bool = False
 
     def with_effect(self, active: Active) -> Structure:
         """The same with one more effect."""
@@ -141,14 +143,9 @@ class Structure:
     @cached_property
     def slots(self) -> tuple[Slot, ...]:
         """Layout of the parameter vector."""
+        brake = brakes(self._terms) if self.slows else frozenset()
         slots = [
-            Slot(
-                t.name,
-                -1,
-                Parameter(t.name, "", 1.0, _limits(t)),
-                k,
-                t,
-            )
+            Slot(t.name, -1, Parameter(t.name, "", 1.0, _limits(t, brake)), k, t)
             for k, t in enumerate(self.setting.terms)
         ]
         k = len(slots) + len(self.model.fixed)
@@ -156,7 +153,8 @@ class Structure:
         slots += [reference_speed(self.u0)] if self.u0_is_free else []
         for e, (active, free) in enumerate(zip(self.actives, self.free_terms, strict=True)):
             slots += [
-                Slot(n, e, Parameter(n, "", 1.0, _limits(t)), k + j, t) for j, (n, t) in enumerate(free)
+                Slot(n, e, Parameter(n, "", 1.0, _limits(t, brake)), k + j, t)
+                for j, (n, t) in enumerate(free)
             ]
             k += len(free)
             slots += [
@@ -282,9 +280,9 @@ def structure_for(
     ), notes
 
 
-def _limits(term: Term) -> tuple[float, float]:
+def _limits(term: Term, brake: frozenset[Term]) -> tuple[float, float]:
     """Bounds of a coefficient."""
-    return (0.0, np.inf) if term.positive else (-np.inf, np.inf)
+    return (0.0 if term.positive else -np.inf, 0.0 if term in brake else np.inf)
 
 
 def _known(parameter: Parameter) -> tuple[float, float] | None:

@@ -9,6 +9,7 @@ series made from the inputs (``δ``, ``|n|n``, ``T:thruster``).
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -112,6 +113,24 @@ class Term:
         """``Y_uv``: X, Y, N for surge, sway and yaw, then the term in letters and digits."""
         letter = {"u": "X", "v": "Y", "r": "N"}.get(self.dof, self.dof.upper())
         return letter + "_" + self.text.translate(_LETTERS)
+
+
+def brakes(terms: Iterable[Term]) -> frozenset[Term]:
+    """Terms that slow a fast motion down: per equation the highest odd power of its own motion, if it is not linear.
+
+    (``u|u|``, ``r³``: no coefficient above zero is a resistance.) The linear term is of either sign: a ship may be
+    unstable on its course.
+    """
+    degree = {t: _own_odd_power(t) for t in terms}
+    highest = {t.dof: max(n for o, n in degree.items() if o.dof == t.dof) for t in degree}
+    return frozenset(t for t, n in degree.items() if n > 1 and n == highest[t.dof])
+
+
+def _own_odd_power(term: Term) -> int:
+    """The power of a term in its equation's own velocity, with the sign of this; 0 of another term."""
+    factors = factors_of(term.text)
+    alone = set(factors) <= {term.dof, f"|{term.dof}|"}
+    return len(factors) if alone and factors.count(term.dof) % 2 else 0
 
 
 #: How symbols are written in names.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.braked import braked
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import NEAR, Fitted
@@ -18,6 +19,7 @@ from preprocess.cores import side_by_side
 
 def sharpest(fitted: Fitted) -> Fitted:
     """A fit, at the noise over whole logs; its errors count what pushed the vessel unlogged, and windows' scatter."""
+    fitted = braked(fitted)
     ways = (with_disturbances, _pushed_over_whole_logs)
     pushed, found = side_by_side(lambda way: way(fitted), ways, shared=in_common(fitted))
     return found if found.refits else with_scatter(found, pushed, covariance_of(pushed))

@@ -21,6 +21,9 @@ from validate.rounds import Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
 
+#: Above this share of a channel's spread whole logs are predicted worse than by its mean.
+ASTRAY = 1.0
+
 
 def diagnose(
     prepared: Prepared, outcome: Outcome, after: Fitted, waves: Swell | None, materiality: float
@@ -71,12 +74,19 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
 def _undetermined(
     prepared: Prepared, fitted: Fitted, left: dict[str, float], materiality: float
 ) -> dict[str, float]:
-    """Error on unseen logs, per channel that has a material one, which the coefficients' own uncertainty allows."""
+    """Error on unseen logs, per channel that has a material one, which the coefficients' own uncertainty allows.
+
+    Where windows are predicted and whole logs are not even nearly, that of whole logs.
+    """
     if fitted.chi2_per_dof > FAR:
         return {}
     unseen = on_other_logs(fitted, prepared.validate)
     share = structured_share(unseen, prepared.identify) if unseen else {}
-    return {c: x for c, x in share.items() if x > materiality >= left[c]}
+    off = {c: x for c, x in share.items() if x > materiality >= left[c]}
+    if off or not prepared.validate:
+        return off
+    whole = over_whole_logs(fitted, prepared.validate, spread_of((*prepared.identify, *prepared.validate)))
+    return {c: x for c, x in whole.items() if x > ASTRAY and materiality >= left[c]}
 
 
 def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality: float) -> Verdict:
