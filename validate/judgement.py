@@ -16,7 +16,7 @@ from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.rough_fit import roughly
-from identify.structure import effects_alone
+from identify.structure import Structure, effects_alone
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, smooth
 from validate.consistency import consistent, gains_by_time, stands_out
@@ -89,6 +89,14 @@ class Judged:
 def added_parameters(without: Fitted, with_it: Fitted) -> int:
     """Number of parameters that an effect adds."""
     return max(1, len(with_it.solution.p) - len(without.solution.p))
+
+
+def parameters_of(structure: Structure, index: int) -> int:
+    """Number of parameters that an effect of a structure adds.
+
+    Where the inputs have a clock of their own, they are not ahead of it as well: it adds one all the same.
+    """
+    return max(1, len(structure.slots) - len(structure.without(index).slots))
 
 
 def judge(

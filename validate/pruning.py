@@ -7,7 +7,7 @@ from identify.fitted import Fitted
 from identify.noise import dispersed_cost
 from identify.structure import effects_alone
 from validate.candidates import candidates
-from validate.judgement import DOUBTFUL, least_gain
+from validate.judgement import DOUBTFUL, least_gain, parameters_of
 from validate.look_alikes import dropped, losses_without
 from validate.pace import Pace
 from validate.refits import under
@@ -38,7 +38,7 @@ def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
     """
     structure = fitted.solution.structure
     without = structure.without(index)
-    k = len(structure.slots) - len(without.slots)
+    k = parameters_of(structure, index)
     others, by_chance = len(candidates(without)), scatter(fitted, index)
     if loss < by_chance.ratio * least_gain(k, others, by_chance.degrees):
         return dropped(fitted, index)

@@ -23,7 +23,7 @@ from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side
 from validate.candidates import candidates
-from validate.judgement import DOUBTFUL, at_bound, least_gain
+from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.look_alikes import departure, dropped, left_on
 from validate.loop import Outcome, all_standing
 from validate.pace import Pace
@@ -110,8 +110,7 @@ def _immaterial(fitted: Fitted, without: Fitted) -> bool:
 def _by_chance(fitted: Fitted, index: int) -> float:
     """What chance alone gives an effect."""
     structure = fitted.solution.structure
-    without = structure.without(index)
-    return least_gain(len(structure.slots) - len(without.slots), len(candidates(without)))
+    return least_gain(parameters_of(structure, index), len(candidates(structure.without(index))))
 
 
 def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
