@@ -20,6 +20,8 @@ from identify.report_fit import make_fit
 from identify.structure import null_parameters
 from identify.unlogged import most_likely, unlogged
 from identify.windows import moments
+from validate import rounds
+from validate.refits import begun_at
 
 SELDOM = Suite(input_rate=4.0)
 
@@ -144,3 +146,17 @@ def test_an_input_that_moves_is_not_late_by_half_an_interval_as_one_that_holds_i
     other = next(n for n in clocks if n != name)
     assert clocks[name] == pytest.approx(stretch.start)
     assert clocks[other] == pytest.approx(stretch.start + 0.5 / SELDOM.input_rate, rel=1e-3)
+
+
+def test_a_fit_begun_anew_is_preferred_by_what_its_own_errors_say_is_hidden(monkeypatch):
+    """The more a fit believes to be hidden, the less it has to explain: weights of others are no argument."""
+    _, _, fitted = sailed()
+    s, problem = fitted.solution, fitted.problem
+    much = unlogged(problem, s.structure, s.p, 30.0)
+    stale = replace(problem, unlogged=much, dispersion=np.full(4, 4.0))
+    believing = begun_at(replace(fitted, problem=stale), s.p, 0)
+    assert believing.chi2_per_dof < 0.98 * fitted.chi2_per_dof
+    monkeypatch.setattr(rounds, "fit_from_scratch", lambda *_, **__: believing)
+    found = rounds.settled(fitted)
+    assert found.problem.dispersion.max() < 2.0
+    assert found.problem.unlogged.share <= 1.0

@@ -286,9 +286,12 @@ def settled(fitted: Fitted) -> Fitted:
         rounds=2 if off else 0,
         apart=off,
     )
-    long = anew.problem.length >= here.problem.length
-    if here.problem.unlogged is not None and long and anew.chi2_per_dof < here.chi2_per_dof:
-        return with_likeliest_ridge(anew)
+    if here.problem.unlogged is not None and anew.problem.length >= here.problem.length:
+        weighed = under(
+            recalibrated(anew.problem, anew.solution), anew, 20
+        )  # what is hidden as it says itself
+        if weighed.chi2_per_dof < here.chi2_per_dof:
+            return with_likeliest_ridge(weighed)
     there = under(here.problem, replace(anew, prior=here.prior), 20)
     if not there.solution.total < here.solution.total:
         return with_likeliest_ridge(here)
