@@ -108,7 +108,7 @@ def fit_from_scratch(
 
 def _misses_little(found: Fitted) -> bool:
     """Whether something is left near the noise: far from it, where an effect is missing, every valley is as good."""
-    return not found.is_far and (found.chi2_per_dof > NEAR or found.slow > SLOWLY)
+    return found.chi2_per_dof < FAR and (found.chi2_per_dof > NEAR or found.slow > SLOWLY)
 
 
 def _second_way(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.base_fit import FOLLOWS, fit_from_scratch, free_running_misfit
+from identify.base_fit import FOLLOWS, SLOWLY, fit_from_scratch, free_running_misfit
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
@@ -284,7 +284,7 @@ def settled(fitted: Fitted) -> Fitted:
         p,
         length=fitted.problem.length,
         rounds=2 if off else 0,
-        apart=off,
+        apart=off or here.slow > SLOWLY,
     )
     if here.problem.unlogged is not None and anew.problem.length >= here.problem.length:
         weighed = under(
