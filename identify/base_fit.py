@@ -14,7 +14,7 @@ from identify.chain import spreads
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted, chi2_of
 from identify.in_common import in_common
-from identify.loosened import loosened
+from identify.loosened import FIRM, loosened
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.predict import relative_errors
@@ -42,8 +42,6 @@ ENOUGH, ROUGHLY = 1e-4, 1e-3
 PATIENCE = 4
 #: Steps in which a fit gets used to another's weights.
 FEW = 5
-#: Ridge of a regression that a second search begins with, where the first ran away in long windows.
-FIRM = 1e-2
 #: A fit that was begun elsewhere is clearly nearer the noise below this share of the other's cost.
 CLEARLY = 0.9
 #: ... or, near it, by this gain in 2 log likelihood under the other's weights.

@@ -24,7 +24,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Ridges, in natural sizes of the coefficients, one after the other, each with weights found so many times.
 RIDGES, TIMES = (0.3, 1.0, 3.0, RIDGE), 2
-#: Ridge of the regression that it begins with.
+#: Ridge of the regression that a search begins with where an ordinary one may run away in long windows.
 FIRM = 1e-2
 #: Steps under each of the weights, and the gain that is worth one, as a share of the rows.
 BUDGET, ENOUGH = 25, 1e-4

@@ -287,9 +287,8 @@ def settled(fitted: Fitted) -> Fitted:
         apart=off or here.slow > SLOWLY,
     )
     if here.problem.unlogged is not None and anew.problem.length >= here.problem.length:
-        weighed = under(
-            recalibrated(anew.problem, anew.solution), anew, 20
-        )  # what is hidden as it says itself
+        # with more believed to be hidden there is less to explain: as its own errors say
+        weighed = under(recalibrated(anew.problem, anew.solution), anew, 20)
         if weighed.chi2_per_dof < here.chi2_per_dof:
             return with_likeliest_ridge(weighed)
     there = under(here.problem, replace(anew, prior=here.prior), 20)
