@@ -5,6 +5,8 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 BIN := .venv/bin
 INSTALLED := .venv/.installed
 WORKERS ?= 2
+# More than there are processors: those that wait for a device leave theirs to others.
+TEST_WORKERS ?= 3
 
 .PHONY: install demo test check format bench bench-blind papers soak docs wheel clean
 
@@ -21,7 +23,7 @@ demo: $(INSTALLED)  ## run the campaign that comes with the program
 	$(BIN)/seatrial demo
 
 test: $(INSTALLED)  ## every test; those of a file on one worker, which share what they prepare
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
 
 check: $(INSTALLED)  ## style and types
 	$(BIN)/ruff check .
