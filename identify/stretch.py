@@ -19,7 +19,7 @@ from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
 from identify.swell import Swell, path_of
 from preprocess.eso_motion import bandwidths_of
-from preprocess.gaps import LEAST_SECONDS
+from preprocess.gaps import LEAST_SAMPLES, LEAST_SECONDS
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -218,7 +218,7 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
     t = states["t"].to_numpy(dtype=float)
     values = states[["x", "y", "psi", "u", "v", "r"]].to_numpy(dtype=float)
     known = np.isfinite(values).all(axis=1) & (t >= begin) & (t <= end)
-    if known.sum() < 10:
+    if known.sum() < LEAST_SAMPLES:
         return None
     t, values = t[known], values[known]
     steps = int((t[-1] - t[0]) / h)

@@ -16,7 +16,7 @@ ALWAYS = 3.0
 #: … and up to this many sample intervals.
 INTERVALS = 5.0
 #: A stretch needs this many samples of position and of heading, and this many seconds.
-LEAST_SAMPLES = 8
+LEAST_SAMPLES = 10
 LEAST_SECONDS = 5.0
 #: Samples this many intervals (of the slower sensor) beside a segment are judged with it.
 BESIDE = 1.5

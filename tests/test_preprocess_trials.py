@@ -293,6 +293,17 @@ def test_a_log_of_less_than_five_seconds_says_so():
     assert any("stretch of five seconds" in f and "nothing of this log" in f for f in trial.findings)
 
 
+@pytest.mark.parametrize("fixes", range(7, 13))
+def test_a_log_of_a_few_fixes_is_used_or_said_to_be_of_no_use(fixes):
+    log = simple_log()
+    few = np.round(np.linspace(40, 100, fixes)).astype(int)  # in six seconds
+    rare = {name: log.tables[name].iloc[few] for name in ("GPS", "ATT")}
+    (trial,) = trials(replace(log, tables={**log.tables, **rare}))
+    said = any("nothing of this log" in f for f in trial.findings)
+    assert said is (fixes < 10)
+    assert bool(stretches_of(trial, 0.1)) is not said
+
+
 def test_a_log_with_an_input_without_a_number_says_so():
     silent = table(T, ["c1"], np.full((len(T), 1), np.nan))
     (trial,) = trials(simple_log(OUT=silent))
