@@ -65,7 +65,11 @@ def said(
     part: str = "log",
 ) -> list[str]:
     """Sentences for the report; ``part``: what they are about."""
-    broken = () if segments else ("No unbroken stretch of five seconds with ten samples of position and of heading",)
+    broken = (
+        ()
+        if segments
+        else ("No unbroken stretch of five seconds with ten samples of position and of heading",)
+    )
     out = [f"{reason}: nothing of this {part} can be used." for reason in silent or broken]
     if len(segments) > 1:
         out.append(f"Split into {len(segments)} stretches where too much was missing to bridge.")

@@ -31,17 +31,15 @@ from validate.refits import (
     raced,
     step_tolerance,
     target_gap,
-    total,
     under,
 )
 from validate.scan import best_value
 from validate.score_scatter import Scatter, scatter
+from validate.search_ends import THE_SAME, total
 from validate.sizes import begun_all_over, begun_between_sizes
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Causes whose costs differ by less than this are the same on these logs.
-THE_SAME = 0.5
 #: An effect is taken where chance would give its gain in fewer than this share of campaigns that lack nothing.
 FALSE_ALARM = 0.01
 #: Evidence of less than this leaves a doubt about what is of no use to a free run.

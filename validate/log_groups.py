@@ -11,7 +11,8 @@ from identify.fitted import FAR, Fitted
 from identify.in_common import in_common
 from identify.structure import Structure
 from preprocess.cores import side_by_side
-from validate.refits import total, under, went_on
+from validate.refits import under, went_on
+from validate.search_ends import total
 
 #: Steps of every choice of logs, then of the nearest few.
 BRIEFLY, NEAREST, TO_THE_END = 4, 2, 16

@@ -229,7 +229,7 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
     """A rival refitted in the effect's place, where it comes within what can be told apart."""
     structure = fitted.solution.structure.without(index).with_effect(rival.active)
     prior = prior_of(structure, rival.p, fitted)
-    margin = INDISTINCT + 2.0 * (len(fitted.solution.p) - len(rival.p))
+    margin = _margin(len(fitted.solution.p) - len(rival.p), fitted.problem.rows)
     slack = margin * float(np.max(fitted.problem.dispersion)) ** 2
     found = solve(
         fitted.problem, structure, rival.p, fitted.solution.first, prior, anchor=first_states(fitted.problem),
@@ -239,6 +239,15 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
         return None
     near = dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
     return Fitted(fitted.problem, prior, found) if near else None
+
+
+def _margin(more: int, rows: int) -> float:
+    """By how much a rival may be less likely, in -2 log likelihood, and still stand in an effect's place.
+
+    A parameter ``more`` than the rival has is worth what chance gives it (Akaike 1974), and makes all that it could
+    have been less probable: by the logarithm of the rows (Schwarz 1978).
+    """
+    return INDISTINCT + more * (max(2.0, np.log(rows)) if more > 0 else 2.0)
 
 
 def _named(other: Active, active: Active) -> str:

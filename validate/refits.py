@@ -25,7 +25,8 @@ from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.pace import Pace
 from validate.scan import best_value
-from validate.swinging import begun_swinging, swings
+from validate.search_ends import total
+from validate.swinging import searched_swinging, swings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -83,7 +84,7 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
     moved = min((search(p, x, budget=0) for p, x in ways), key=total)
     if converges(fitted) and not swings(structure) and screened.wanted is None:
         return went_on(Fitted(problem, prior, moved), 20, target)
-    anew = search(*_other_start(structure, screened, fitted), budget=20 if swings(structure) else 2)
+    anew = _anew(search, structure, screened, fitted)
     return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
 
 
@@ -99,27 +100,25 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
     return mine & ~pushes if silent else np.zeros(len(p), dtype=bool)
 
 
-def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
-    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
+def _anew(
+    search: Callable[..., Solution], structure: Structure, screened: Screened, base: Fitted
+) -> Solution:
+    """The best of a few steps from where a candidate may begin anew."""
+    if not swings(structure):
+        return search(*_other_start(structure, screened, base), budget=2)
+    others = () if converges(base) else screened.others
+    return searched_swinging(search, structure, base.problem, (screened.unmoved, *others))
 
-    What swings is begun from the frequency that was looked at, off the noise from others that promise much too.
-    """
+
+def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
     problem = base.problem
-    if swings(structure):
-        others = () if converges(base) else screened.others
-        nearest = begun_swinging(structure, problem, (screened.unmoved, *others))
-        return nearest.p, nearest.first
     value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
     p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
     return p, settled(problem, structure, p).first
-
-
-def total(solution: Solution) -> float:
-    """Cost with what was known beforehand; infinite where the prediction ran away."""
-    return solution.total if np.isfinite(solution.total) else np.inf
 
 
 def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:

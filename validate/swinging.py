@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
 
 from identify.base_fit import SHORT
+from identify.output_error import Solution
 from identify.rough_fit import roughly
 from identify.settled import Settled, settled
 from identify.structure import Structure
 from identify.windows import Problem
 from ingest.errors import NotIdentifiable
+from validate.search_ends import nearest, total
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Windows in which what swings is begun are no shorter, s.
 BRIEFEST = 2.0
+#: Steps from each of the begins; and so many more from so many of those that are ahead, and of those at no bound.
+FEW, MORE, GONE_ON = 8, 20, 2
 
 
 def swings(structure: Structure) -> bool:
@@ -26,10 +30,17 @@ def swings(structure: Structure) -> bool:
     return any(s.parameter.shape for s in structure.slots if s.effect == len(structure.actives) - 1)
 
 
-def begun_swinging(structure: Structure, problem: Problem, starts: Sequence[FloatArray]) -> Settled:
-    """Where what swings is nearest, of several starts (np,): far off the noise no first order tells which is best."""
+def searched_swinging(
+    search: Callable[..., Solution], structure: Structure, problem: Problem, starts: Sequence[FloatArray]
+) -> Solution:
+    """Where the ``search`` of what swings ends, from the best of several starts (np,).
+
+    Which of them leads to the lowest valley no first order tells, nor how near it begins; a few steps do.
+    """
     begins = [_begun(structure, problem, p) for p in starts]
-    return min(begins, key=lambda x: x.cost if np.isfinite(x.cost) else np.inf)
+    ends = sorted((search(x.p, x.first, budget=FEW) for x in begins), key=total)
+    free = [x for x in ends[GONE_ON:] if not x.held.any()]
+    return nearest([search(x.p, x.first, budget=MORE) for x in ends[:GONE_ON] + free[:GONE_ON]])
 
 
 def _begun(structure: Structure, problem: Problem, p: FloatArray) -> Settled:

@@ -1,0 +1,53 @@
+"""Where the search of what swings by itself begins and ends."""
+
+from types import SimpleNamespace as Named
+
+import numpy as np
+import pytest
+
+from validate import swinging
+from validate.look_alikes import _margin
+from validate.search_ends import nearest, total
+from validate.swinging import FEW, MORE, searched_swinging
+
+
+def ended(total, held=False, p=0.0):
+    return Named(total=total, held=np.array([held]), p=p, first=None)
+
+
+def test_of_ends_that_are_as_good_one_at_no_bound_is_taken():
+    free, bound, better = ended(10.3), ended(10.0, held=True), ended(9.0, held=True)
+    assert nearest([bound, free]) is free
+    assert nearest([bound, free, better]) is better
+    assert total(ended(np.nan)) == np.inf
+    assert nearest([ended(np.nan), free]) is free
+
+
+#: By start: the cost where it begins, after a few steps, and in the end; and whether that is at a bound.
+VALLEYS = {
+    1.0: (5.0, 4.0, 3.9, False),  # begins nearest, in a shallow valley
+    2.0: (50.0, 3.0, 1.0, False),
+    3.0: (20.0, 2.0, 1.0, True),
+    4.0: (30.0, 2.5, 2.4, False),
+}
+
+
+@pytest.mark.parametrize("starts", [(1.0, 2.0, 3.0, 4.0), (4.0, 3.0, 2.0, 1.0)])
+def test_the_valley_that_a_few_steps_show_to_be_lowest_is_taken_wherever_it_begins(monkeypatch, starts):
+    steps = []
+
+    def search(p, first, budget):
+        steps.append(budget)
+        after, held = VALLEYS[p][1 if budget == FEW else 2], VALLEYS[p][3]
+        return ended(after, held and budget == MORE, p)
+
+    monkeypatch.setattr(swinging, "_begun", lambda _s, _p, p: Named(p=p, first=None, cost=VALLEYS[p][0]))
+    assert searched_swinging(search, None, None, starts).p == 2.0
+    assert steps.count(FEW) == len(starts) and steps.count(MORE) <= 4
+
+
+def test_a_rival_may_lack_what_a_parameter_more_makes_of_chance_and_of_all_it_could_have_been():
+    assert _margin(0, 10_000) == 6.0
+    assert _margin(-2, 10_000) == 2.0  # a richer one must be likelier by what chance gives it
+    assert _margin(2, 10_000) == pytest.approx(6.0 + 2.0 * np.log(10_000))
+    assert _margin(1, 3) == 8.0
