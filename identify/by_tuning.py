@@ -14,7 +14,7 @@ from identify.estimators.tuning import Hyper, tune
 from identify.fitted import Fitted
 from identify.optimisers import OPTIMISERS
 from identify.prepare import Prepared
-from identify.regression import accelerations, regressors
+from identify.regression import accelerations, averaged, regressors, steps_of_slope
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from preprocess.eso_motion import seen_like_velocity, seen_like_yaw_rate
@@ -26,8 +26,6 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BUDGET = 40
 #: Seconds on both sides of a held-out block that are not used for the fit either.
 GAP = 2.0
-#: Steps either way over which an acceleration is the slope.
-SLOPE_STEPS = 5
 #: Half the length of a test function of the weak form, in steps.
 HALF_STEPS = 15
 #: Time in which an observer settles, in units of one over its bandwidth.
@@ -90,23 +88,10 @@ def settled(stretch: Stretch, rows: int) -> slice:
 def _strong(
     structure: Structure, p: FloatArray, stretch: Stretch, sight: Sight | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Accelerations as slopes over some steps either way, and the regressors averaged with the same weights.
-
-    A slope by least squares is an average of the rates in between; without the same average on the other side of the
-    equation, whatever is quick would seem weaker than it is.
-    """
-    m = max(1, min(SLOPE_STEPS, stretch.steps // 8))
-    weights = slope_weights(m)
-    design = regressors(structure, p, stretch, sight)
-    averaged = np.column_stack([np.convolve(c, weights, mode="valid") for c in design.T])
-    return averaged, accelerations(stretch, m)[m:-m]
-
-
-def slope_weights(m: int) -> FloatArray:
-    """Weights (2 m + 1,) of the rates at the middles of steps in the mean of two neighbouring slopes over ± m steps."""
-    k = np.arange(-m, m + 1)
-    one = np.cumsum(k[::-1])[:-1] / np.sum(k * k)  # of the 2 m steps under one slope
-    return np.asarray(0.5 * (np.append(one, 0.0) + np.append(0.0, one)), dtype=float)
+    """Accelerations as slopes over some steps either way, and the regressors averaged with the same weights."""
+    m = steps_of_slope(stretch)
+    inside = slice(m, -m)
+    return averaged(regressors(structure, p, stretch, sight), m)[inside], accelerations(stretch, m)[inside]
 
 
 def _weak(

@@ -49,10 +49,9 @@ def values_of(structure: Structure, p: FloatArray) -> list[dict[str, float]]:
 
 def steady(structure: Structure, p: FloatArray, values: Values, log: str) -> Steady:
     """What effects make of coefficients, water, air and sensors in a log."""
-    current, air = np.zeros(2), np.zeros(2)
+    current = current_of(structure, p, values)
+    air = np.zeros(2)
     for active, v in zip(structure.actives, values, strict=True):
-        if active.effect.current:
-            current += active.effect.current(v)
         if active.effect.air:
             air += active.effect.air(v)
     factor = _loading(structure, values, log)
@@ -129,6 +128,17 @@ def _loading(structure: Structure, values: Values, log: str) -> FloatArray:
             continue
         factor *= layout.factors(active.effect.loading(v, active.variant.options))
     return factor
+
+
+def current_of(structure: Structure, p: FloatArray, values: Values | None = None) -> FloatArray:
+    """The water's velocity (2,), north and east, m/s: what effects make of it."""
+    out = np.zeros(2)
+    for active, v in zip(
+        structure.actives, values_of(structure, p) if values is None else values, strict=True
+    ):
+        if active.effect.current:
+            out += active.effect.current(v)
+    return out
 
 
 def sensor_of(structure: Structure, p: FloatArray, values: Values | None = None) -> FloatArray:

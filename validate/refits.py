@@ -44,6 +44,8 @@ MANY = 10
 FIRST = 10
 #: Steps in which forces are found for a wind or a roll that stays as it was looked at.
 FORCED = 3
+#: What swings is searched for so many times as long.
+LONGER = 3
 #: So many are refitted beside each other before one is given up because it cannot reach what another has.
 FEW = 2
 
@@ -62,8 +64,12 @@ def converges(fitted: Fitted) -> bool:
 
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
-    """Refit with the candidate in and everything free, from its screened start or from a regression's."""
-    return went_on(begun(fitted, screened, target), budget, target)
+    """Refit with the candidate in and everything free, from its screened start or from a regression's.
+
+    The valley of what swings is bent: a search follows it for longer.
+    """
+    found = begun(fitted, screened, target)
+    return went_on(found, LONGER * budget if swings(found.solution.structure) else budget, target)
 
 
 def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:

@@ -14,7 +14,7 @@ import numpy as np
 
 from identify.drive import Drive, drives
 from identify.effect import Active, Parameter
-from identify.regression import accelerations, predicted, regressors_along, solve_regression
+from identify.regression import accelerations, averaged, predicted, regressors_along, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.true_motion import true_states
@@ -72,12 +72,11 @@ def gain_and_value(
     if not len(values):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
-    seen = _Motion(structure, stretches)
-    found = []
+    motion, found = _Motion(structure, stretches), []
     for value in ([x.null for x in parameters], *values):
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
-        found.append((_misfit(structure, q, stretches, seen), q))
+        found.append((_misfit(structure, q, stretches, motion), q))
     null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
     return null - least, best
 
@@ -127,40 +126,72 @@ def _both_ways(up: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
+class _Seen:
+    """What the sensors show with some values of their parameters and of the current.
+
+    Per stretch the states (n + 1, 6) over ground; of all the rates (m, 3) through the water over ``FINE`` steps and
+    over ``SLOPE``, and the variance (3,) of the latter over ground, against which any current is weighed alike.
+    """
+
+    states: list[FloatArray]
+    fine: FloatArray
+    slow: FloatArray
+    size: FloatArray
+
+
+@dataclass(frozen=True)
 class _Motion:
-    """The motion behind what the sensors show, and its rates, made once for all values that leave the sensors alone."""
+    """The motion behind what the sensors show, and its rates, made once for all values with the same of both."""
 
     structure: Structure
     stretches: Sequence[Stretch]
-    known: dict[bytes, tuple[list[FloatArray], FloatArray, FloatArray]] = field(default_factory=dict)
-
-    def by(self, driven: Sequence[Drive], every: int) -> tuple[list[FloatArray], FloatArray, FloatArray]:
-        """Per stretch the states (n + 1, 6); of all at every so many steps the rates (m, 3), fine and slow."""
-        key = b"".join(d.sensor.tobytes() for d in driven)
-        if key not in self.known:
-            pairs = list(zip(self.stretches, driven, strict=True))
-            moving = [true_states(self.structure, d.sensor, s) for s, d in pairs]
-            fine, slow = (self._rates(moving, window, every) for window in (FINE, self._slow))
-            self.known[key] = moving, fine, slow
-        return self.known[key]
+    known: dict[bytes, _Seen] = field(default_factory=dict)
 
     @property
-    def _slow(self) -> int:
+    def every(self) -> int:
+        """Of so many rows one is looked at."""
+        return max(1, sum(s.steps for s in self.stretches) // ROWS)
+
+    @property
+    def slope(self) -> int:
+        """Steps either way over which a misfit is measured."""
         return max(1, round(SLOPE / self.stretches[0].h))
 
-    def _rates(self, moving: Sequence[FloatArray], window: int, every: int) -> FloatArray:
-        rates = [accelerations(s, window, x)[::every] for s, x in zip(self.stretches, moving, strict=True)]
-        return np.vstack(rates)
+    def by(self, driven: Sequence[Drive]) -> _Seen:
+        """What is seen as the sensors and the water are in ``driven``."""
+        key = b"".join(x.tobytes() for d in driven for x in (d.sensor, d.current))
+        if key not in self.known:
+            self.known[key] = self._made(driven)
+        return self.known[key]
+
+    def _made(self, driven: Sequence[Drive]) -> _Seen:
+        moving = [
+            true_states(self.structure, d.sensor, s) for d, s in zip(driven, self.stretches, strict=True)
+        ]
+        currents = [d.current for d in driven]
+        fine, slow = (self._rates(moving, currents, m) for m in (FINE, self.slope))
+        ground = self._rates(moving, [np.zeros(2)] * len(moving), self.slope)
+        return _Seen(moving, fine, slow, np.var(ground, axis=0) + 1e-12)
+
+    def _rates(self, moving: Sequence[FloatArray], currents: Sequence[FloatArray], m: int) -> FloatArray:
+        runs = zip(self.stretches, moving, currents, strict=True)
+        return self.thinned([accelerations(s, m, x, c) for s, x, c in runs])
+
+    def thinned(self, rates: Sequence[FloatArray]) -> FloatArray:
+        """Rows of all stretches that are looked at."""
+        return np.vstack([x[:: self.every] for x in rates])
+
+    def predicted(self, p: FloatArray, rates: Sequence[FloatArray]) -> FloatArray:
+        """Accelerations (m, 3) by regressors (n, terms), as slopes over ``slope`` steps see them."""
+        every = (predicted(self.structure, p, x) for x in rates)
+        return self.thinned([averaged(x, self.slope) for x in every])
 
 
-def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], seen: _Motion) -> float:
+def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: _Motion) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
-    every = max(1, sum(s.steps for s in stretches) // ROWS)
     driven = drives(structure, p, stretches)
-    moving, rates, slow = seen.by(driven, every)
-    design = np.vstack([
-        regressors_along(structure, d, d.channels, x, every) for d, x in zip(driven, moving, strict=True)
-    ])  # fmt: skip
-    errors = slow - predicted(structure, solve_regression(structure, p, design, rates), design)
-    square = np.mean(errors**2, axis=0) / (np.var(slow, axis=0) + 1e-12)
+    seen = motion.by(driven)
+    rates = [regressors_along(structure, d, d.channels, x) for d, x in zip(driven, seen.states, strict=True)]
+    fit = solve_regression(structure, p, motion.thinned([averaged(x, FINE) for x in rates]), seen.fine)
+    square = np.mean((seen.slow - motion.predicted(fit, rates)) ** 2, axis=0) / seen.size
     return float(np.sum(np.log(square + 1e-6)))

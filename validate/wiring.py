@@ -20,7 +20,7 @@ import numpy as np
 from scipy import stats
 
 from identify.effect import Active
-from identify.regression import accelerations, predicted, regressors, solve_regression
+from identify.regression import accelerations, averaged, predicted, regressors, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from validate.candidates import wirings
@@ -126,14 +126,7 @@ def _shifted(columns: FloatArray, steps: int) -> FloatArray:
 def _averaged(structure: Structure, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
     """Regressors (n, terms) and accelerations (n, 3) over the same parabolic window: the least-squares slope's own."""
     m = max(1, min(round(SLOPE / stretch.h), stretch.steps // 4))
-    j = np.arange(-m, m)
-    weights = (m * (m + 1) - j * (j + 1)).astype(float)
-    weights /= weights.sum()
-    design = regressors(structure, null_parameters(structure), stretch)
-    smooth = np.column_stack(
-        [np.convolve(np.pad(c, (m, m - 1), mode="edge"), weights, mode="valid") for c in design.T]
-    )
-    return smooth, accelerations(stretch, m)
+    return averaged(regressors(structure, null_parameters(structure), stretch), m), accelerations(stretch, m)
 
 
 def better_wiring(structure: Structure, stretches: Sequence[Stretch]) -> Wiring | None:
