@@ -13,9 +13,17 @@ from identify.effect import Active, Variant
 from identify.effects import EFFECTS, WIND
 from identify.predict import shown
 from identify.prepare import prepare
-from identify.regression import start_by_regression
+from identify.regression import (
+    accelerations,
+    averaged,
+    over_ground,
+    start_by_regression,
+    true_accelerations,
+)
+from identify.stretch import slopes_of
 from identify.structure import null_parameters
-from tests.identification_samples import trials_of
+from tests.identification_samples import PROPELLER, RUDDER, structure_of, trials_of
+from tests.test_kernel import stretch_of
 from validate.scan import WORTH, best_value, gain_and_value
 
 LIBRARY = {e.name: e for e in EFFECTS if e is not WIND}  # here nothing logs the wind
@@ -115,3 +123,43 @@ def test_a_thrust_that_fades_is_seen_where_the_first_order_knows_of_no_thrust():
     gain, p = gain_and_value(structure, prepared.identify, null_parameters(structure))
     assert gain > 0.0
     assert p[[s.name for s in structure.slots].index("rate")] > 0.0
+
+
+@pytest.mark.parametrize("direction", [-1.0, 2.0])
+def test_a_strong_current_is_looked_for_where_it_flows(direction):
+    """Over ground a vessel that turns changes its velocity along its own axes without any force."""
+    flow = Effect("current", {"speed": 0.6, "direction": direction})
+    _, trials = trials_of("catamaran", ("random", "circle", "zigzag"), 60.0, 5, (flow,), validate=0)
+    prepared = prepare(trials, "modulus")
+    structure = prepared.structure.with_effect(Active(LIBRARY["current"], Variant()))
+    gain, p = gain_and_value(structure, prepared.identify, null_parameters(structure))
+    north, east = p[[k for k, s in enumerate(structure.slots) if s.effect == 0]]
+    aside = np.angle(np.exp(1j * (np.arctan2(east, north) - direction)))
+    assert abs(aside) < 0.6
+    assert 0.3 <= np.hypot(north, east) <= 1.0
+    assert gain > 0.3
+
+
+def test_what_keeps_its_velocity_through_the_water_has_no_acceleration_though_it_turns_in_a_current():
+    structure, stretch = structure_of("modulus"), stretch_of((RUDDER, PROPELLER))
+    psi = np.linspace(0.0, 4.0, stretch.steps + 1)
+    states = np.zeros((len(psi), 6))
+    states[:, 2], states[:, 3], states[:, 5] = psi, 1.5, 4.0 / (stretch.h * stretch.steps)
+    ground = over_ground(states, np.array([0.4, -0.3]))
+    stretch = replace(stretch, states=ground)
+    inside = slice(6, -6)  # at its ends a slope looks beyond the stretch
+    through = accelerations(stretch, current=np.array([0.4, -0.3]))[inside]
+    assert np.allclose(through, 0.0, atol=1e-12)
+    assert np.abs(accelerations(stretch)[inside]).max() > 0.01
+    current = structure.with_effect(Active(LIBRARY["current"], Variant()))
+    p = null_parameters(current)
+    p[[k for k, s in enumerate(current.slots) if s.effect == 0]] = 0.4, -0.3
+    assert np.allclose(true_accelerations(current, p, stretch)[inside], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("m", [1, 3, 5])
+def test_rates_are_averaged_as_slopes_see_them(m):
+    rates = np.random.default_rng(m).normal(size=(50, 3))
+    motion = np.vstack([np.zeros((1, 3)), np.cumsum(0.1 * rates, axis=0)])
+    slopes = slopes_of(np.hstack([np.zeros((51, 3)), motion]), 0.1, m)
+    assert np.allclose(slopes, averaged(rates, m), atol=1e-12)
