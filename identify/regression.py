@@ -82,14 +82,11 @@ def regressors(
     return regressors_along(structure, d, acting, true_states(structure, d.sensor, stretch))
 
 
-def regressors_along(
-    structure: Structure, d: Drive, acting: FloatArray, states: FloatArray, every: int = 1
-) -> FloatArray:
-    """The same along the motion ``states`` (n + 1, 6) over ground, by what acts (n, nc); at every so many steps."""
-    some = slice(None, None, every)
-    middle_water = through_water(0.5 * (states[1:][some] + states[:-1][some]), d.current)
-    values = factor_values(middle_water, d.wind[some], d.current, d.u0)
-    values |= {name: acting[some, k] for k, name in enumerate(structure.table.channels)}
+def regressors_along(structure: Structure, d: Drive, acting: FloatArray, states: FloatArray) -> FloatArray:
+    """The same along the motion ``states`` (n + 1, 6) over ground, by what acts (n, nc)."""
+    middle_water = through_water(0.5 * (states[1:] + states[:-1]), d.current)
+    values = factor_values(middle_water, d.wind, d.current, d.u0)
+    values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
     values |= flow_values(structure, middle_water, values)
     out = np.empty((len(middle_water), len(structure.table.terms)))
     for k, term in enumerate(structure.table.terms):

@@ -15,6 +15,9 @@ from preprocess.stated import Word
 from preprocess.trial import Measurement
 from preprocess.wander_kalman import Wander
 
+#: What is said of a log of which nothing can be used.
+BROKEN = "No unbroken stretch of five seconds with ten samples of position and of heading"
+
 
 def manoeuvres_of(
     states: pd.DataFrame,
@@ -65,11 +68,7 @@ def said(
     part: str = "log",
 ) -> list[str]:
     """Sentences for the report; ``part``: what they are about."""
-    broken = (
-        ()
-        if segments
-        else ("No unbroken stretch of five seconds with ten samples of position and of heading",)
-    )
+    broken = () if segments else (BROKEN,)
     out = [f"{reason}: nothing of this {part} can be used." for reason in silent or broken]
     if len(segments) > 1:
         out.append(f"Split into {len(segments)} stretches where too much was missing to bridge.")
