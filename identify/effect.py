@@ -36,6 +36,8 @@ class Parameter:
         Where a search begins, where the cost may have several valleys or no slope at ``null``; empty: at ``null``.
     relative : bool
         Scale and starts are in units of the amplitude of the input that the effect acts on.
+    believed : mapping of str to float
+        How far from ``null`` a ``relative`` one is believed by the input's kind, in units of its largest value.
     known : float
         Standard deviation about ``null`` with which it is known beforehand.
     shape : bool
@@ -54,6 +56,7 @@ class Parameter:
     null: float = 0.0
     starts: tuple[float, ...] = ()
     relative: bool = False
+    believed: Mapping[str, float] = field(default_factory=dict)
     known: float = np.inf
     shape: bool = False
     places: int = 0

@@ -213,7 +213,7 @@ def _declare(
         identify_logs=tuple(dict.fromkeys(t.name for t in used)),
         u0=known or float(np.quantile(speeds, 0.9)),
         u0_found=known is None,
-        amplitudes=_amplitudes(used),
+        extents=_extents(used),
         input_lead=_input_lead(used),
         unsure=_unsure(used),
         one_receiver=all(_one_receiver(t) for t in trials),
@@ -239,12 +239,13 @@ def _with_rudder_sign(vessel: Vessel, inputs: Sequence[Input], stretches: Sequen
     return replace(vessel, rudder={**vessel.rudder, "sign": -1.0 if turn < 0 else 1.0})
 
 
-def _amplitudes(trials: Sequence[Trial]) -> dict[str, float]:
-    """Half the range of every input, over all logs."""
+def _extents(trials: Sequence[Trial]) -> dict[str, tuple[float, float]]:
+    """Half the range of every input over all logs, and its largest value without sign."""
     out = {}
     for item in trials[0].inputs_declared:
         values = np.concatenate([t.inputs[item.name].value[t.inputs[item.name].good] for t in trials])
-        out[item.name] = float(np.ptp(values)) / 2 or float(np.abs(values).max(initial=1.0)) or 1.0
+        largest = float(np.abs(values).max(initial=0.0)) or 1.0
+        out[item.name] = (float(np.ptp(values)) / 2 or largest, largest)
     return out
 
 

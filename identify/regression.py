@@ -11,15 +11,20 @@ from scipy.optimize import lsq_linear
 
 from identify.drive import Drive, drive
 from identify.flow import CHANNELS, RESULTS, flow_along
+from identify.nondimensional import unit_size
 from identify.slot import Slot
 from identify.steady import current_of, sensor_of
 from identify.stretch import Stretch, slopes_of
 from identify.structure import Structure
-from identify.term import FACTORS, Term, factors_of
+from identify.term import FACTORS, Term, factors_of, unit_of
 from identify.true_motion import true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: Order of the largest coefficients per unit inertia in the prime system: a hull's radius of gyration is L/4.
+INERTIA = {"u": 1.0, "v": 1.0, "r": 16.0}
+#: Factors of a hydrodynamic term.
+_MOTION = frozenset(("u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U"))
 #: Steps either way over which an acceleration is the slope.
 SLOPE_STEPS = 5
 
@@ -142,14 +147,31 @@ def slope_weights(m: int) -> FloatArray:
 
 
 def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
-    """Natural size of each coefficient: rms acceleration of its equation over rms of its regressor, (terms,)."""
-    square, target, n = np.zeros(len(structure.table.terms)), np.zeros(3), 0
+    """Natural size of each coefficient, (terms,): rms acceleration of its equation over rms of its regressor.
+
+    A motion that the logs hardly hold says nothing of its coefficients' size: a hydrodynamic one is of no more than the
+    order of one in the prime system, as the hull's inertia makes it (``INERTIA``).
+    """
+    square, target, speed, n = np.zeros(len(structure.table.terms)), np.zeros(3), 0.0, 0
     for stretch in stretches:
         square += np.sum(regressors(structure, p, stretch) ** 2, axis=0)
         target += np.sum(accelerations(stretch) ** 2, axis=0)
+        speed += float(np.sum(stretch.states[:, 3:5] ** 2))
         n += stretch.steps
     rms = np.sqrt(np.append(target, [n, n]) / max(n, 1))
-    return np.asarray(rms[structure.table.equation_of] / np.sqrt(square / max(n, 1) + 1e-24), dtype=float)
+    natural = rms[structure.table.equation_of] / np.sqrt(square / max(n, 1) + 1e-24)
+    return np.minimum(natural, prime_sizes(structure, float(np.sqrt(speed / max(n, 1)))))
+
+
+def prime_sizes(structure: Structure, speed: float) -> FloatArray:
+    """Order of the largest value of each coefficient, (terms,), at a speed, m/s; infinite of what is not hydrodynamic."""
+    sizes = [
+        INERTIA[t.dof] * unit_size(unit_of(t.text, t.dof), structure.vessel.length, max(speed, 1e-3))
+        if hydrodynamic(t)
+        else np.inf
+        for t in structure.table.terms
+    ]
+    return np.array(sizes, dtype=float)
 
 
 def start_by_regression(
@@ -175,6 +197,11 @@ def start_by_regression(
 
 #: Motion that is another axis's, by equation; a turn with headway is the centripetal part of the sway itself.
 _OTHERS = {"u": {"v", "|v|", "r", "|r|"}, "v": {"r", "|r|"}, "r": {"v", "|v|"}}
+
+
+def hydrodynamic(term: Term) -> bool:
+    """Whether a term is the hull's own answer to its motion alone."""
+    return term.dof in INERTIA and set(factors_of(term.text)) <= _MOTION
 
 
 def couples(term: Term) -> bool:

@@ -54,6 +54,7 @@ class Table:
 class Structure:
     """Model, effects and what they act on.
 
+    ``extents`` are half the range of every input, and its largest value without sign.
     ``input_lead`` is the prior (mean, standard deviation) in s of how far the actuators may be ahead of the logged
     inputs because an input is only logged now and then; None where that is negligible. ``unsure`` is the standard
     deviation in s of the stamps of streams whose times only the order of the records tells, all together. ``u0`` is the
@@ -67,7 +68,7 @@ class Structure:
     setting: Setting
     u0: float
     actives: tuple[Active, ...] = ()
-    amplitudes: dict[str, float] = field(default_factory=dict)
+    extents: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     input_lead: tuple[float, float] | None = None
     unsure: Mapping[str, float] = field(default_factory=dict)
     u0_found: bool = False
@@ -158,7 +159,7 @@ class Structure:
             ]
             k += len(free)
             slots += [
-                Slot(p.name, e, bounded(scaled(p, active, self.amplitudes), self.vessel), prior=_known(p))
+                Slot(p.name, e, bounded(self._scaled(p, active), self.vessel), prior=_known(p))
                 for p in active.effect.parameters
             ]
             if active.effect.fixed_terms:
@@ -171,6 +172,17 @@ class Structure:
             )
         slots += clocks(self.unsure)
         return tuple(slots)
+
+    def _scaled(self, parameter: Parameter, active: Active) -> Parameter:
+        """The parameter in the unit of the input that it acts on, no farther from its null than is believed of such."""
+        on = next((i for i in self.inputs if i.name == active.variant.input), None)
+        if not parameter.relative or on is None:
+            return parameter
+        half, largest = self.extents.get(on.name, (1.0, np.inf))
+        far, (low, high) = parameter.believed.get(on.kind, np.inf) * largest, parameter.bounds
+        bounds = (max(low, parameter.null - far), min(high, parameter.null + far))
+        starts = tuple(s * half for s in parameter.starts)
+        return replace(parameter, scale=parameter.scale * half, starts=starts, bounds=bounds)
 
     def _flow_slots(self) -> list[Slot]:
         """Parameters of the flow behind the hull, each with what is known of it beforehand."""
@@ -236,14 +248,6 @@ def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
     return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
 
 
-def scaled(parameter: Parameter, active: Active, amplitudes: dict[str, float]) -> Parameter:
-    """The parameter with scale and starts in the input's own unit."""
-    if not parameter.relative or active.variant.input is None:
-        return parameter
-    a = amplitudes.get(active.variant.input, 1.0) or 1.0
-    return replace(parameter, scale=parameter.scale * a, starts=tuple(s * a for s in parameter.starts))
-
-
 def bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
     """The parameter with the bounds that it has on a vessel."""
     return parameter if parameter.within is None else replace(parameter, bounds=parameter.within(vessel))
@@ -260,7 +264,7 @@ def structure_for(
     wind_logged: bool = False,
     identify_logs: tuple[str, ...] = (),
     u0: float = 0.0,
-    amplitudes: dict[str, float] | None = None,
+    extents: Mapping[str, tuple[float, float]] | None = None,
     input_lead: tuple[float, float] | None = None,
     unsure: Mapping[str, float] | None = None,
     one_receiver: bool = False,
@@ -276,7 +280,7 @@ def structure_for(
     notes = (*notes, f"{model.name}: {model.cannot}") if model.cannot else notes
     setting = Setting(vessel, inputs, terms, logs, depths, streams, wind_logged, identify_logs, one_receiver)
     return Structure(
-        model, vessel, inputs, setting, u0, (), amplitudes or {}, input_lead, unsure or {}, u0_found
+        model, vessel, inputs, setting, u0, (), extents or {}, input_lead, unsure or {}, u0_found
     ), notes
 
 

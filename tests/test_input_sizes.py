@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from identification_samples import MOTORS, trials_of
+from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of, trials_of
 from test_effects import with_effect
 from test_kernel import stretch_of
 
@@ -16,7 +16,8 @@ from fixtures.effects import Effect
 from fixtures.sensors import Suite
 from identify.base_fit import fit_from_scratch
 from identify.drive import drive
-from identify.effect import Variant
+from identify.effect import Active, Variant
+from identify.effects import EFFECTS
 from identify.input_sizes import LARGEST, MOST_STARTS, between, sizes_of, untold
 from identify.prepare import prepare
 from identify.structure import null_parameters
@@ -131,3 +132,15 @@ def test_an_antenna_is_looked_for_ahead_and_astern():
     found = begun_all_over(astern).solution
     assert found.total < 0.98 * astern.solution.total
     assert structure.values(found.p, 0) == pytest.approx({"x": 3.0, "y": 0.6}, abs=0.3)
+
+
+def test_an_offset_is_believed_up_to_half_the_largest_thrust_but_of_any_angle():
+    variants = {"actuator_offset": {}, "actuator_deadband": {"form": "neutral"}}
+    extents = {RUDDER.name: (0.2, 0.3), PROPELLER.name: (2.0, 8.0)}
+    for name, options in variants.items():
+        for on, farthest in ((PROPELLER.name, 4.0), (RUDDER.name, 1e3)):
+            active = Active(next(e for e in EFFECTS if e.name == name), Variant(on, options))
+            structure = replace(structure_of("modulus"), extents=extents).with_effect(active)
+            (slot,) = (s for s in structure.slots if s.effect == 0)
+            assert slot.parameter.bounds[1] == farthest
+            assert slot.parameter.bounds[0] == (0.0 if name == "actuator_deadband" else -farthest)

@@ -7,13 +7,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from identification_samples import trials_of
+from identification_samples import structure_of, trials_of
+
+from benchmarks.papers import cybership
 
 from identify.base_fit import fit_from_scratch
 from identify.fitted import FAR, NEAR
 from identify.output_error import RIDGE, prior_for
 from identify.prepare import prepare
-from identify.regression import coefficient_scales
+from identify.regression import coefficient_scales, prime_sizes
 from identify.ridge import RIDGES, doubt, with_likeliest_ridge
 from validate.refits import under
 
@@ -86,3 +88,29 @@ def test_doubt_is_that_of_the_prior_whatever_the_fit_was_made_with():
     sds = [prior_for(s.structure, sizes, r).sd for r in RIDGES]
     one, other = (np.array([doubt(f, sd) for sd in sds]) for f in (loose, tight))
     assert one - one[0] == pytest.approx(other - other[0], abs=3.0)
+
+
+def test_the_hull_of_a_vessel_that_never_turns_has_no_absurd_coefficients():
+    """Straight runs hold no turning: what is divided by hardly anything would be of any size."""
+    ship, trials = trials_of("catamaran", ("speed", "speed"), 60.0, 5)
+    prepared = prepare(trials, ship.model)
+    structure = prepared.structure
+    p = np.zeros(len(structure.slots))
+    sizes = dict(zip(structure.table.terms, coefficient_scales(structure, p, prepared.identify), strict=True))
+    turning = {t: size for t, size in sizes.items() if t.dof == "u" and t.text in ("vr", "r²")}
+    assert len(turning) == 2
+    length = structure.vessel.length
+    assert all(size <= length ** (t.text == "r²") for t, size in turning.items())
+    seen = next(size for t, size in sizes.items() if t.name == "X_u")
+    assert seen < prime_sizes(structure, 1e3)[0]  # of motion that there is, the logs say more than the system
+
+
+def test_published_coefficients_are_of_the_size_that_every_ridge_leaves_open():
+    structure = structure_of("cybership2")
+    structure = replace(structure, vessel=cybership.VESSEL)
+    sizes = dict(
+        zip([(t.dof, t.text) for t in structure.table.terms], prime_sizes(structure, 0.2), strict=True)
+    )
+    published = {k: v for k, v in cybership.coefficients().items() if np.isfinite(sizes.get(k, np.inf))}
+    assert len(published) > 10
+    assert all(abs(v) < min(RIDGES) * sizes[k] for k, v in published.items())

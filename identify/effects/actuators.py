@@ -9,6 +9,9 @@ from itertools import combinations
 from identify.actuator_dynamics import Before, deadband_neutral, displaced, first_order, play, rate_limited
 from identify.effect import Acting, Effect, FloatArray, Parameter, Setting, Values, Variant
 
+#: What makes thrust does nothing somewhere near its zero, or somebody would have seen it; an angle's zero is anywhere.
+_NEAR_ZERO = {"propeller": 0.5, "thruster": 0.5, "tunnel": 0.5}
+
 
 def _each(setting: Setting) -> list[Variant]:
     return [Variant(i.name) for i in setting.inputs]
@@ -82,7 +85,11 @@ ACTUATOR_DEADBAND = Effect(
     "Backlash in the linkage, or no response near zero.",
     "Move the actuator by hand; small steps to both sides.",
     "Fossen 2011, sec. 12.3",
-    parameters=(Parameter("width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True),),
+    parameters=(
+        Parameter(
+            "width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True, believed=_NEAR_ZERO
+        ),
+    ),
     actuator=_deadband,
     begins=lambda o: o["form"] == "play",
     stepwise=lambda o: o["form"] == "neutral" and o.get("shape") != "shifted",
@@ -95,7 +102,7 @@ ACTUATOR_OFFSET = Effect(
     "The actuator's zero is not where the log has it.",
     "Line the rudder or the thruster up by eye at zero command; trim of the controller.",
     "Fossen 2011, sec. 12.3",
-    parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True),),
+    parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True, believed=_NEAR_ZERO),),
     actuator=lambda p, a, *_: displaced(*a, p["offset"]),
     variants=_each,
 )  # fmt: skip

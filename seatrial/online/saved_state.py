@@ -29,7 +29,7 @@ from seatrial.online.stream_buffer import InputTraits
 from seatrial.online.updates import Note
 from seatrial.online.warm_up import Beginning
 
-SCHEMA = "seatrial.online/1"
+SCHEMA = "seatrial.online/2"
 
 
 def save(identifier: Identifier, path: Path) -> None:
@@ -43,7 +43,7 @@ def save(identifier: Identifier, path: Path) -> None:
         "declared": declared(horizon.structure),
         "structure": {
             "streams": list(horizon.structure.setting.streams), "wind": horizon.structure.setting.wind_logged,
-            "u0": horizon.structure.u0, "amplitudes": horizon.structure.amplitudes,
+            "u0": horizon.structure.u0, "extents": dict(horizon.structure.extents),
             "input_lead": horizon.structure.input_lead, "unsure": dict(horizon.structure.unsure),
             "u0_found": horizon.structure.u0_found,
             "one_receiver": horizon.structure.setting.one_receiver,
@@ -107,7 +107,7 @@ def _structure(campaign: Campaign, content: dict[str, Any]) -> Structure:
     structure, _ = structure_for(
         model, campaign.vessel, campaign.inputs, logs=("live",), identify_logs=("live",),
         streams=tuple(s for s in STREAMS if s in known["streams"]), wind_logged=bool(known["wind"]),
-        u0=float(known["u0"]), amplitudes=dict(known["amplitudes"]),
+        u0=float(known["u0"]), extents={k: (float(a), float(b)) for k, (a, b) in known["extents"].items()},
         input_lead=None if lead is None else (float(lead[0]), float(lead[1])),
         unsure=dict(known.get("unsure", {})), one_receiver=bool(known.get("one_receiver", False)),
         u0_found=bool(known.get("u0_found", False)),
