@@ -164,7 +164,7 @@ def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[
 
 
 def prime_sizes(structure: Structure, speed: float) -> FloatArray:
-    """Order of the largest value of each coefficient, (terms,), at a speed, m/s; infinite of what is not hydrodynamic."""
+    """Order of the largest coefficients, (terms,), at a speed, m/s; inf of what is no answer of the hull alone."""
     sizes = [
         INERTIA[t.dof] * unit_size(unit_of(t.text, t.dof), structure.vessel.length, max(speed, 1e-3))
         if hydrodynamic(t)

@@ -10,7 +10,6 @@ import pytest
 from identification_samples import structure_of, trials_of
 
 from benchmarks.papers import cybership
-
 from identify.base_fit import fit_from_scratch
 from identify.fitted import FAR, NEAR
 from identify.output_error import RIDGE, prior_for

@@ -29,7 +29,7 @@ from seatrial.online.stream_buffer import InputTraits
 from seatrial.online.updates import Note
 from seatrial.online.warm_up import Beginning
 
-SCHEMA = "seatrial.online/2"
+SCHEMA = "seatrial.online/1"
 
 
 def save(identifier: Identifier, path: Path) -> None:
@@ -107,12 +107,18 @@ def _structure(campaign: Campaign, content: dict[str, Any]) -> Structure:
     structure, _ = structure_for(
         model, campaign.vessel, campaign.inputs, logs=("live",), identify_logs=("live",),
         streams=tuple(s for s in STREAMS if s in known["streams"]), wind_logged=bool(known["wind"]),
-        u0=float(known["u0"]), extents={k: (float(a), float(b)) for k, (a, b) in known["extents"].items()},
+        u0=float(known["u0"]), extents=_extents(known),
         input_lead=None if lead is None else (float(lead[0]), float(lead[1])),
         unsure=dict(known.get("unsure", {})), one_receiver=bool(known.get("one_receiver", False)),
         u0_found=bool(known.get("u0_found", False)),
     )  # fmt: skip
     return structure
+
+
+def _extents(known: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    """Extents of the inputs; an older state has half their ranges alone."""
+    older = {k: (a, np.inf) for k, a in known.get("amplitudes", {}).items()}
+    return {k: (float(a), float(b)) for k, (a, b) in known.get("extents", older).items()}
 
 
 def _put(identifier: Identifier, structure: Structure, content: dict[str, Any]) -> None:
