@@ -23,12 +23,12 @@ def sizes_of(stretches: Sequence[Stretch], name: str) -> FloatArray:
     )
 
 
-def between(sizes: FloatArray) -> list[float]:
-    """Places between the smaller ones of some sizes, a few of them."""
+def between(sizes: FloatArray, most: float = np.inf) -> list[float]:
+    """Places between the smaller ones of some sizes, a few of them, none above ``most``."""
     small = sizes[sizes < LARGEST * sizes[-1]] if len(sizes) else sizes
     if len(small) > MOST_STARTS:
         small = np.unique(np.quantile(small, np.linspace(0.0, 1.0, MOST_STARTS)))
-    return [float(v) for v in 0.5 * (small[1:] + small[:-1])]
+    return [float(v) for v in 0.5 * (small[1:] + small[:-1]) if v < most]
 
 
 def untold(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:

@@ -62,3 +62,16 @@ def test_what_is_late_aboard_a_large_ship_is_looked_for_seconds_late(length, beg
     )
     delay = next(a for a in candidates(structure) if a.label == "actuator_delay (rudder)")
     assert [s["delay"] for s in _starts(fitted, delay)] == pytest.approx(begins)
+
+
+def test_no_effect_is_begun_out_of_its_bounds():
+    _, trials = trials_of("catamaran", ("zigzag", "random"), 60.0, 5, validate=0)
+    prepared = prepare(trials, "modulus")
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    searched = [a for a in candidates(prepared.structure) if a.effect.parameters]
+    assert len(searched) > 20
+    for active in searched:
+        slots = prepared.structure.with_effect(active).slots
+        bounds = {s.name: s.parameter.bounds for s in slots if s.effect == 0}
+        begins = [(bounds[name], value) for start in _starts(fitted, active) for name, value in start.items()]
+        assert begins and all(low <= value <= high for (low, high), value in begins), active.label

@@ -224,7 +224,7 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
     starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
     if active.effect.stepwise and active.effect.stepwise(active.variant.options):
         sizes = sizes_of(fitted.problem.stretches, str(active.variant.input))
-        starts += [{mine[0].name: size} for size in between(sizes)]
+        starts += [{mine[0].name: size} for size in between(sizes, mine[0].bounds[1])]
     return starts + _as_far_ahead(fitted, wide)
 
 

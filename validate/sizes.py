@@ -55,7 +55,8 @@ def begun_between_sizes(fitted: Fitted) -> Fitted:
     if k is None:
         return fitted
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)))
+    most = structure.slots[k].parameter.bounds[1]
+    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)), most)
     return _begun_with(fitted, k, sizes)
 
 
