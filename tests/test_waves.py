@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -23,7 +24,7 @@ from validate.peaks import around_of, core_of
 from validate.rounds import rounds
 from validate.swell import with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import _material, as_effect, fastest, find_waves
+from validate.waves import _material, _may_be_half, as_effect, fastest, find_waves
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -220,3 +221,16 @@ def test_a_peak_at_a_frequency_of_no_waves_is_none(monkeypatch):
     assert find_waves(fit) is not None
     monkeypatch.setattr(searched, "fastest", lambda _: 1.5)
     assert find_waves(fit) is None
+
+
+@pytest.mark.parametrize("rows", [8, 30, 200])
+def test_what_accounts_for_half_of_a_peak_is_hardly_ever_taken_for_less(rows):
+    """Of peaks that are half what the vessel did no more are let pass than is meant; of those that are not, many."""
+    rng = np.random.default_rng(rows)
+    draws = rng.standard_normal((2, 4000, rows, 2)) @ np.array([1.0, 1.0j])
+    for share, passes in ((0.5, (0.0, 0.08)), (0.02, (0.1 if rows < 10 else 0.8, 1.0))):
+        done, force = draws[0], math.sqrt(share) * draws[0] + math.sqrt(1.0 - share) * draws[1]
+        together = np.abs(np.sum(force.conj() * done, axis=1)) ** 2
+        own = np.sum(np.abs(force) ** 2, axis=1) * np.sum(np.abs(done) ** 2, axis=1)
+        told = np.mean([not _may_be_half(float(c), rows) for c in together / own])
+        assert passes[0] <= told <= passes[1], (share, told)

@@ -38,6 +38,8 @@ SEEN_BEFORE = 2e-3
 SHARP = 0.03
 #: Coherence with what the vessel did: least chance where that has no line near the peak, and where it has one.
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
+#: Half of a peak may be what the vessel did, unless chance would show so little of it in fewer than this share.
+NOT_EXCLUDED = 0.05
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
 #: m/s².
@@ -207,14 +209,25 @@ def _material(found: Swell, spectra: Spectra, around: Around, place: int, channe
 
 
 def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
-    """Whether the peak is coherent with anything that the vessel did: surely, or perhaps where that has a line."""
+    """Whether the peak is coherent with anything that the vessel did: surely; or perhaps, where that has a line.
+
+    Perhaps is not enough where enough windows say that it accounts for the lesser part at most.
+    """
     force, n = spectra.rate[:, place, channel], len(spectra.rate)
     done = spectra.done[:, place]
     own = np.sum(np.abs(done) ** 2, axis=0)
     coherence = np.abs(force.conj() @ done) ** 2 / np.maximum(own * np.sum(np.abs(force) ** 2), 1e-300)
-    single = (1.0 - np.minimum(coherence, 1.0)) ** (n - 1)
-    least = 1.0 - (1.0 - single.min(initial=1.0)) ** max(len(single), 1)
-    return bool(least < (COHERENT_AT_LINE if _has_line(spectra, place) else COHERENT))
+    most = min(float(coherence.max(initial=0.0)), 1.0)
+    least = 1.0 - (1.0 - (1.0 - most) ** (n - 1)) ** max(len(coherence), 1)
+    if least < COHERENT:
+        return True
+    return bool(least < COHERENT_AT_LINE and _has_line(spectra, place) and _may_be_half(most, n))
+
+
+def _may_be_half(coherence: float, n: int) -> bool:
+    """Whether a squared coherence that ``n`` rows show may be one half in truth (Fisher's z: Carter 1987)."""
+    below = math.atanh(math.sqrt(0.5)) - math.atanh(math.sqrt(min(coherence, 1.0 - 1e-12)))
+    return bool(stats.norm.sf(below * math.sqrt(2.0 * (n - 1))) > NOT_EXCLUDED)
 
 
 def _has_line(spectra: Spectra, place: int) -> bool:
