@@ -36,6 +36,8 @@ SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
 #: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
 #: less than this.
 FOLLOWS = 0.5
+#: ... and is lost, be it near the noise in windows, where they add up to more than this.
+LOST = 5.0
 #: A search stops where its next step promises less than this of the rows; sooner in windows that longer ones follow.
 ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
@@ -268,6 +270,15 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
 def free_running_misfit(fitted: Fitted) -> float:
     """Mean squared free-running error of u, v, r, each in units of its spread in its own stretch, summed."""
     return float(free_running_errors(fitted).sum())
+
+
+def is_lost(fitted: Fitted) -> bool:
+    """Whether a fit predicts its own logs far worse than their means do.
+
+    Where sensors are poor its windows may be near the noise all the same: from first state to first state anything
+    follows what hardly moves.
+    """
+    return fitted.remembered(free_running_misfit) > LOST
 
 
 def free_running_errors(fitted: Fitted) -> FloatArray:

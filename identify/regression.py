@@ -23,6 +23,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Order of the largest coefficients per unit inertia in the prime system: a hull's radius of gyration is L/4.
 INERTIA = {"u": 1.0, "v": 1.0, "r": 16.0}
+#: A motion is hardly held where its coefficients would be of so many times that size.
+ABSURD = 10.0
 #: Factors of a hydrodynamic term.
 _MOTION = frozenset(("u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U"))
 #: Steps either way over which an acceleration is the slope.
@@ -149,8 +151,8 @@ def slope_weights(m: int) -> FloatArray:
 def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
     """Natural size of each coefficient, (terms,): rms acceleration of its equation over rms of its regressor.
 
-    A motion that the logs hardly hold says nothing of its coefficients' size: a hydrodynamic one is of no more than the
-    order of one in the prime system, as the hull's inertia makes it (``INERTIA``).
+    A motion that the logs hardly hold says nothing of its coefficients' size: a hydrodynamic one is then of the order
+    of one in the prime system, as the hull's inertia makes it (``INERTIA``).
     """
     square, target, speed, n = np.zeros(len(structure.table.terms)), np.zeros(3), 0.0, 0
     for stretch in stretches:
@@ -160,7 +162,8 @@ def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[
         n += stretch.steps
     rms = np.sqrt(np.append(target, [n, n]) / max(n, 1))
     natural = rms[structure.table.equation_of] / np.sqrt(square / max(n, 1) + 1e-24)
-    return np.minimum(natural, prime_sizes(structure, float(np.sqrt(speed / max(n, 1)))))
+    prime = prime_sizes(structure, float(np.sqrt(speed / max(n, 1))))
+    return np.where(natural > ABSURD * prime, prime, natural)
 
 
 def prime_sizes(structure: Structure, speed: float) -> FloatArray:

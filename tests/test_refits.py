@@ -11,15 +11,16 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import fit_from_scratch
+from identify.base_fit import fit_from_scratch, is_lost
 from identify.fitted import FAR, NEAR
 from identify.prepare import prepare
+from identify.settled import settled
 from preprocess.cores import on_cores
-from validate import refits
-from validate.candidates import candidates, from_starts, screen
+from validate import other_start, refits
+from validate.candidates import Screened, candidates, from_starts, screen
 from validate.pace import Pace
-from validate.refits import CONVERGES, FEW, FIRST, converges, raced, refined, refit
-from validate.rounds import _finalists
+from validate.refits import CONVERGES, FEW, FIRST, begun_at, converges, raced, refined, refit, under
+from validate.rounds import _finalists, astray
 
 
 @cache
@@ -142,3 +143,40 @@ def test_a_roll_is_found_from_far_off_whatever_start_promises_most():
     values = found.solution.structure.values(found.solution.p, 0)
     assert values["frequency"] == pytest.approx(roll["frequency"], rel=0.03)
     assert values["yaw"] == pytest.approx(roll["yaw"], rel=0.3)
+
+
+def lost(fitted):
+    """The fit with a propeller that pushes nothing, first states as they were."""
+    push = np.array([s.name.startswith("X_T") for s in fitted.solution.structure.slots])
+    assert push.any()
+    return begun_at(fitted, np.where(push, 0.0, fitted.solution.p), 0)
+
+
+def test_no_refit_converges_from_a_fit_that_is_lost_on_its_own_logs_however_poor_the_sensors():
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6)
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    nothing = lost(fitted)
+    assert is_lost(nothing) and not is_lost(fitted)
+    samples = [replace(s.samples, sigma=1e3 * s.samples.sigma) for s in fitted.problem.stretches]
+    stretches = [replace(s, samples=x) for s, x in zip(fitted.problem.stretches, samples, strict=True)]
+    poor = replace(fitted.problem, stretches=tuple(stretches))
+    assert converges(under(poor, fitted, 0))
+    there = under(poor, nothing, 0)
+    assert there.chi2_per_dof < CONVERGES and astray(there) and not converges(there)
+
+
+def test_a_value_that_the_accelerations_want_is_begun_with_through_shorter_windows_where_it_runs_away(
+    monkeypatch,
+):
+    heavy = Effect("shallow_water", {"factor": 2.4}, options={"logs": (1,)})
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6, (heavy,), validate=0)
+    prepared = prepare(trials, ship.model)
+    base = fit_from_scratch(prepared.structure, prepared.identify, rounds=0)
+    active = next(a for a in candidates(prepared.structure) if a.label == "shallow_water (02-random)")
+    structure = prepared.structure.with_effect(active)
+    begin = structure.carried(base.solution.p, prepared.structure)
+    monkeypatch.setattr(other_start, "roughly", lambda _, __, p, ___: np.where(p == 0.0, 10.0, p))
+    p, first = other_start.other_start(structure, Screened(active, begin, begin, 0.0), base)
+    assert structure.values(p, 0)["factor"] == pytest.approx(2.4, abs=0.3)
+    assert np.isfinite(settled(base.problem, structure, p).cost) and np.isfinite(first).all()

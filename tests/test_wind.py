@@ -14,7 +14,8 @@ from identify.effects.water_and_air import SAILED_IN
 from identify.prepare import prepare
 from validate.candidates import candidates, screen
 from validate.judgement import at_bound
-from validate.refits import converges, refit
+from validate.look_alikes import blows
+from validate.refits import begun_at, converges, refit
 
 SPEED, FROM = 6.0, 0.8
 
@@ -68,3 +69,11 @@ def test_a_light_wind_is_looked_for_where_it_comes_from_and_not_where_it_would_h
     values = fitted.solution.structure.values(fitted.solution.p, 0)
     assert base.solution.total - fitted.solution.total > 250.0
     assert np.arctan2(-values["east"], -values["north"]) == pytest.approx(FROM, abs=0.1)
+
+
+def test_a_wind_of_no_speed_is_damping_by_another_name():
+    fitted = blown()
+    assert blows(fitted)
+    slots = fitted.solution.structure.slots
+    calm = np.array([s.effect >= 0 and s.name in ("north", "east") for s in slots])
+    assert not blows(begun_at(fitted, np.where(calm, 1e-3, fitted.solution.p), 0))

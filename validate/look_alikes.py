@@ -238,7 +238,21 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
     if not np.isfinite(found.total):
         return None
     near = dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
-    return Fitted(fitted.problem, prior, found) if near else None
+    fit = Fitted(fitted.problem, prior, found)
+    return fit if near and blows(fit) else None
+
+
+def blows(fitted: Fitted) -> bool:
+    """Whether the last effect of a fit, if it is a wind, is told from air at rest, which is damping by another name."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    last = len(structure.actives) - 1
+    if not structure.actives[last].effect.air:
+        return True
+    information, _, _ = normal(fitted, structure, p)
+    speed = np.array([k for k, s in enumerate(structure.slots) if s.effect == last and s.coefficient < 0])
+    left = left_on(information, np.setdiff1d(np.arange(len(information)), speed), speed)
+    told = p[speed] @ left @ p[speed] / float(np.max(fitted.problem.dispersion)) ** 2
+    return bool(told > INDISTINCT)
 
 
 def _margin(more: int, rows: int) -> float:

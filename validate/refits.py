@@ -8,14 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import SHORT, fit_from_scratch
+from identify.base_fit import SHORT, fit_from_scratch, is_lost
 from identify.drive import drive
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.in_common import in_common
 from identify.noise import recalibrated
 from identify.output_error import Solution, Stopped, solve
-from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure, effects_alone
@@ -23,8 +22,8 @@ from identify.windows import Problem, cut
 from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
+from validate.other_start import other_start
 from validate.pace import Pace
-from validate.scan import best_value
 from validate.search_ends import total
 from validate.swinging import searched_swinging, swings
 
@@ -44,6 +43,8 @@ MANY = 10
 FIRST = 10
 #: Steps in which forces are found for a wind or a roll that stays as it was looked at.
 FORCED = 3
+#: Steps from another begin before it is held against the base's own; where that is lost, the way may be longer.
+BRIEFLY, LONGER_WAY = 2, 8
 #: What swings is searched for so many times as long.
 LONGER = 3
 #: So many are refitted beside each other before one is given up because it cannot reach what another has.
@@ -56,11 +57,11 @@ def step_tolerance(fitted: Fitted) -> float:
 
 
 def converges(fitted: Fitted) -> bool:
-    """Whether a refit converges from where a fit is: near the noise, in what is slow as well.
+    """Whether a refit converges from where a fit is: near the noise, in what is slow as well, and not lost.
 
     Positions are not asked: a receiver wanders by itself.
     """
-    return fitted.chi2_per_dof < CONVERGES and fitted.slow < STRAYS
+    return fitted.chi2_per_dof < CONVERGES and fitted.slow < STRAYS and not is_lost(fitted)
 
 
 def refit(fitted: Fitted, screened: Screened, *, budget: int = 20, target: float = np.inf) -> Fitted:
@@ -109,22 +110,13 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
 def _anew(
     search: Callable[..., Solution], structure: Structure, screened: Screened, base: Fitted
 ) -> Solution:
-    """The best of a few steps from where a candidate may begin anew."""
+    """The best of a few steps from where a candidate may begin anew; of more, where the base's own valley is wrong."""
     if not swings(structure):
-        return search(*_other_start(structure, screened, base), budget=2)
+        return search(
+            *other_start(structure, screened, base), budget=LONGER_WAY if is_lost(base) else BRIEFLY
+        )
     others = () if converges(base) else screened.others
     return searched_swinging(search, structure, base.problem, (screened.unmoved, *others))
-
-
-def _other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
-    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it."""
-    problem = base.problem
-    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
-    if value is None:
-        p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
-        return p, settled(problem, structure, p).first
-    p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
-    return p, settled(problem, structure, p).first
 
 
 def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:
@@ -155,7 +147,7 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
         runners = _alive(base, [*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
         ahead = [r for k, r in enumerate(runners) if k < RUNNERS or id(r[0]) in promising]
         whole += _taken_on(base, ahead, {id(s) for s, _ in whole}, pace)
-        if any(f.chi2_per_dof < CONVERGES for _, f in whole):
+        if any(f.chi2_per_dof < CONVERGES and not is_lost(f) for _, f in whole):
             break
     return _alive(base, whole)
 
@@ -173,7 +165,7 @@ def _taken_on(
     found: list[tuple[Screened, Fitted]] = []
     for k in range(0, len(best), FEW):
         found += _beside(base, best[k : k + FEW], lambda s: _slack(base, _whole(base, part[id(s)])), pace)
-        if any(f.chi2_per_dof < NEAR for _, f in found):
+        if any(f.chi2_per_dof < NEAR and not is_lost(f) for _, f in found):
             break
     return found
 

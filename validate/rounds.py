@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.base_fit import FOLLOWS, SLOWLY, fit_from_scratch, free_running_misfit
+from identify.base_fit import FOLLOWS, SLOWLY, fit_from_scratch, free_running_misfit, is_lost
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
@@ -260,9 +260,9 @@ def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
 
 
 def astray(fitted: Fitted) -> bool:
-    """Whether a fit is far from the noise, or off it and unable to follow its own logs: in a wrong valley."""
+    """Whether a fit is far from the noise, or off it and unable to follow its own logs, or lost: in a wrong valley."""
     chi2 = fitted.chi2_per_dof
-    return chi2 > FAR or (chi2 > NEAR and free_running_misfit(fitted) > FOLLOWS)
+    return chi2 > FAR or (chi2 > NEAR and fitted.remembered(free_running_misfit) > FOLLOWS) or is_lost(fitted)
 
 
 def _form(candidate: Screened, kinds: Mapping[str, str]) -> tuple[str, str, str]:

@@ -1,0 +1,37 @@
+"""Where a refit of a candidate may begin, other than where the fit without it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.base_fit import SHORT, fit_from_scratch, tried
+from identify.fitted import Fitted
+from identify.regression import start_by_regression
+from identify.rough_fit import roughly
+from identify.settled import settled
+from identify.structure import Structure
+from validate.candidates import Screened
+from validate.scan import best_value
+
+FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
+
+    What runs away over the base's windows then is led to it through shorter ones.
+    """
+    problem = base.problem
+    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
+    if value is None:
+        p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
+        return p, settled(problem, structure, p).first
+    p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
+    there = settled(problem, structure, p)
+    if not np.isfinite(there.cost):
+        scratch = tried(
+            lambda: fit_from_scratch(structure, problem.stretches, value, length=problem.length, rounds=0)
+        )
+        p = p if scratch is None else scratch.solution.p
+        there = settled(problem, structure, p)
+    return p, there.first
