@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,12 +16,15 @@ from identify.drift import Drift
 from identify.drive import drive
 from identify.fitted import FAR, NEAR
 from identify.noise import beyond_drift
+from identify.output_error import solve
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
+from validate import other_logs
 from validate.advice import idle_inputs
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.refits import under
 from validate.structure_left import ahead, over_whole_logs, seconds_ahead, spread_of, structured_share
+from validate.verdict import _as_near
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
 
@@ -66,6 +70,29 @@ def test_parameters_do_not_bend_to_unseen_logs_beyond_what_their_own_allow():
     unseen = with_other_logs(fitted, loaded.validate)
     np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)
     assert max(structured_share(unseen, plain.identify).values()) > 0.1
+
+
+def test_unseen_logs_are_asked_from_another_begin_where_the_way_from_the_fit_ends_short(monkeypatch):
+    fitted = fit_from_scratch((prepared := prepared_with()).structure, prepared.identify)
+    unseen = with_other_logs(fitted, prepared.validate)
+    solved = []
+
+    def stuck(problem, structure, p, *rest, budget, **options):
+        """A search that stays, the first time, where unseen logs are no better followed for all that is lost."""
+        away = p * np.linspace(0.7, 1.3, len(p)) if not solved else p
+        solved.append(solve(problem, structure, away, *rest, budget=budget if solved else 0, **options))
+        return solved[-1]
+
+    monkeypatch.setattr(other_logs, "solve", stuck)
+    again = with_other_logs(fitted, prepared.validate)
+    assert len(solved) == 3  # as far as it came, and begun anew in two ways
+    assert solved[0].total > 1.5 * solved[1].total
+    assert again.chi2_per_dof == pytest.approx(unseen.chi2_per_dof, rel=0.01)
+
+
+@pytest.mark.parametrize(("own", "near"), [(0.9, NEAR), (1.1, 1.1 * NEAR), (1.3, NEAR)])
+def test_unseen_logs_are_at_the_noise_where_the_fits_own_are_as_far_from_its_white_part(own, near):
+    assert _as_near(SimpleNamespace(chi2_per_dof=own)) == pytest.approx(near)
 
 
 def test_what_an_input_does_that_rested_in_the_fits_logs_is_not_missing():

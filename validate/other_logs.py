@@ -22,6 +22,7 @@ from identify.settled import settled
 from identify.stretch import Stretch
 from identify.taken_order import as_in
 from identify.windows import Problem, cut
+from validate.search_ends import total
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -60,8 +61,8 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     first = np.vstack([s.first, first_states(other)])
     p, prior = _fed(fitted, other.stretches)
     found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=8)
-    if not _follows(other, found, n):
-        found = min(found, _begun_with_both(fitted, both, prior), key=lambda x: x.total)
+    if not _follows(other, found, n) or _against(fitted, found, n):
+        found = min(found, *_begun_anew(fitted, both, prior), key=total)
     if not np.isfinite(found.cost):
         return None
     if _against(fitted, found, n):
@@ -75,13 +76,21 @@ def _follows(other: Problem, found: Solution, n: int) -> bool:
     return np.isfinite(found.cost) and of_windows(fitted, slice(n, None)).chi2_per_dof < FAR
 
 
-def _begun_with_both(fitted: Fitted, both: Problem, prior: Prior) -> Solution:
-    """The fit to its own logs and others begun anew: from far off, a run that turns away shows no way back."""
+def _begun_anew(fitted: Fitted, both: Problem, prior: Prior) -> list[Solution]:
+    """The fit to its own logs and others begun anew, from its own alone and from all.
+
+    From far off, a run that turns away shows no way back; and of valleys that are as deep on its own logs one may lead
+    to where the others are followed, and another not.
+    """
     structure, p = fitted.solution.structure, fitted.solution.p
-    anew = tried(partial(fit_from_scratch, structure, both.stretches, p, length=both.length, rounds=0))
-    begin = p if anew is None else anew.solution.p
-    first = settled(both, structure, begin).first
-    return solve(both, structure, begin, first, prior, anchor=first_states(both), budget=20)
+    found = []
+    for stretches in (fitted.problem.stretches, both.stretches):
+        anew = tried(partial(fit_from_scratch, structure, stretches, p, length=both.length, rounds=0))
+        if anew is not None:
+            begin = anew.solution.p
+            first = settled(both, structure, begin).first
+            found.append(solve(both, structure, begin, first, prior, anchor=first_states(both), budget=20))
+    return found
 
 
 def _fed(fitted: Fitted, stretches: Sequence[Stretch]) -> tuple[FloatArray, Prior]:

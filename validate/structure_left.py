@@ -41,17 +41,17 @@ def _horizon(fitted: Fitted) -> float:
     return seconds_ahead(fitted.solution.structure.vessel.length)
 
 
-def ahead(fitted: Fitted) -> Fitted:
+def ahead(fitted: Fitted, near: float = NEAR) -> Fitted:
     """The same parameters in windows of ``seconds_ahead``, from the first states that the smoothed motion gives.
 
-    A fit at the noise has its own first states, which are the better known ones, fitted in such windows. Off the noise
-    they would take in what the model lacks. In waves that are known they are fitted all the same: the smoothed motion
-    has the waves' own velocity, which a prediction would sail on with.
+    A fit at the noise (``near``) has its own first states, which are the better known ones, fitted in such windows.
+    Off the noise they would take in what the model lacks. In waves that are known they are fitted all the same: the
+    smoothed motion has the waves' own velocity, which a prediction would sail on with.
     """
-    if fitted.chi2_per_dof < NEAR and fitted.problem.length >= _horizon(fitted):
+    if fitted.chi2_per_dof < near and fitted.problem.length >= _horizon(fitted):
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
-    if _known_better(fitted):
+    if _known_better(fitted, near):
         problem, solution = _gone_on(fitted)
         if np.isfinite(solution.cost):
             return Fitted(calibrated(problem, solution), Prior.held(p), solution)
@@ -99,9 +99,9 @@ def _gone_on(fitted: Fitted) -> tuple[Problem, Solution]:
     return problem, solve(problem, structure, p, begin, held, anchor=anchor, budget=STEPS)
 
 
-def _known_better(fitted: Fitted) -> bool:
+def _known_better(fitted: Fitted, near: float) -> bool:
     """Whether fitted first states are better known than those of the smoothed motion."""
-    return fitted.problem.swell is not None or fitted.chi2_per_dof < NEAR
+    return fitted.problem.swell is not None or fitted.chi2_per_dof < near
 
 
 def window_errors(
@@ -122,11 +122,11 @@ def window_errors(
     return np.vstack(errors), np.vstack(variances)
 
 
-def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[str, float]:
+def structured_share(fitted: Fitted, besides: Sequence[Stretch] = (), near: float = NEAR) -> dict[str, float]:
     """Per channel: structured part of the windows' prediction error over the channel's standard deviation.
 
     The standard deviation is that of the fit's logs and of those ``besides``: a log that holds one course and speed has
-    hardly any of its own.
+    hardly any of its own. Below ``near`` in cost per degree of freedom it is at the noise.
 
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw
@@ -134,10 +134,10 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     a wander that is known is too small for them. Where they are far from the noise, and from what the inputs hide, they
     are neither, and what whole logs are off by counts too.
     """
-    seen, fitted = fitted, ahead(fitted)
+    seen, fitted = fitted, ahead(fitted, near)
     everything = range(len(fitted.problem.windows))
     error, variance = window_errors(fitted, fitted.solution.p, fitted.solution.first, everything)
-    variance = variance + _left_open(fitted, seen.problem.unlogged, not _known_better(seen))
+    variance = variance + _left_open(fitted, seen.problem.unlogged, not _known_better(seen, near))
     variance = variance + (seen.problem.swell.variance(_horizon(seen)) if seen.problem.swell else 0.0)
     logs = (*fitted.problem.stretches, *besides)
     spread = spread_of(logs)
@@ -151,7 +151,7 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = ()) -> dict[st
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }
-    beyond = beyond_drift(fitted.problem, fitted.solution.moments, not _known_better(seen))
+    beyond = beyond_drift(fitted.problem, fitted.solution.moments, not _known_better(seen, near))
     smooth[KIND["position"]] = max(smooth[KIND["position"]], beyond)
     known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
     share = left * known

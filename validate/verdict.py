@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.fitted import FAR, Fitted
+from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
 from identify.swell import Swell
@@ -64,11 +64,20 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """
     unseen = with_other_logs(fitted, prepared.validate)
     if unseen:
-        return structured_share(unseen, prepared.identify)
+        return structured_share(unseen, prepared.identify, _as_near(fitted))
     if not prepared.validate or fitted.chi2_per_dof < FAR:
         return {}
     spread = spread_of((*prepared.identify, *prepared.validate))
     return over_whole_logs(fitted, prepared.validate, spread)
+
+
+def _as_near(fitted: Fitted) -> float:
+    """Below what cost per degree of freedom other logs are as near the noise as the fit's own.
+
+    A receiver that wanders is off by more than its white noise in all of them.
+    """
+    own = fitted.chi2_per_dof
+    return NEAR * own if 1.0 < own < NEAR else NEAR
 
 
 def _undetermined(
@@ -81,7 +90,7 @@ def _undetermined(
     if fitted.chi2_per_dof > FAR:
         return {}
     unseen = on_other_logs(fitted, prepared.validate)
-    share = structured_share(unseen, prepared.identify) if unseen else {}
+    share = structured_share(unseen, prepared.identify, _as_near(fitted)) if unseen else {}
     off = {c: x for c, x in share.items() if x > materiality >= left[c]}
     if off or not prepared.validate:
         return off
