@@ -94,3 +94,10 @@ def test_gusts_of_a_wind_that_nothing_measured_are_told():
     assert "gusts of about 12 % of the wind's speed" in words
     calm = replace(EMPTY, fitted=SimpleNamespace(problem=SimpleNamespace(unlogged=None)))
     assert "gusts" not in advice_for(Verdict.EXPLAINED, (taken("wind"),), {"u": 0.0}, calm, 0.1)
+
+
+@pytest.mark.parametrize(("left", "says"), [(0.0, False), (0.096, True)])
+def test_what_is_missing_and_too_small_to_matter_is_said(left, says):
+    words = advice_for(Verdict.ADEQUATE, (), {"u": 0.0, "v": left}, EMPTY, 0.1)
+    assert ("In v, 9.6 % of the standard deviation" in words) is says
+    assert ("Nothing to add" in words) is not says

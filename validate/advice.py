@@ -22,6 +22,8 @@ SLOW = 0.15
 #: What is said where no manoeuvre would set two causes apart.
 NOTHING_SAILED = "no standard manoeuvre would; look at the vessel."
 
+#: From this share of a standard deviation on structure is there, be it too small to matter.
+SEEN = 0.01
 _CHECK = {e.name: e.check for e in EFFECTS} | {
     "waves": "Note the sea and the swell on the day; repeat a run in calm water, or on other courses to the waves."
 }
@@ -71,8 +73,21 @@ def advice_for(
     if undetermined:
         parts += _undetermined(undetermined, outcome)
     elif verdict is Verdict.ADEQUATE:
-        parts.append("Nothing to add. Other speeds and amplitudes than those of these logs remain untested.")
+        rest = _immaterial(left, materiality) or "Nothing to add."
+        parts.append(f"{rest} Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
+
+
+def _immaterial(left: Mapping[str, float], materiality: float) -> str:
+    """What is said of structure that is there and too small to matter; nothing where there is none."""
+    worst = max(left, key=lambda c: left[c])
+    if left[worst] < SEEN:
+        return ""
+    return (
+        f"In {worst}, {percent(left[worst])} of the standard deviation is structure that nothing in the library "
+        "accounts for: something is missing, and on such logs too small to matter (material above "
+        f"{100 * materiality:.0f} %)."
+    )
 
 
 def checks_of(taken: Sequence[TakenEffect]) -> list[str]:

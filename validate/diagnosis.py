@@ -19,7 +19,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 class Verdict(Enum):
     """The four verdicts; the value is what a person reads."""
 
-    ADEQUATE = "The model lacks nothing that these data can show."
+    ADEQUATE = "The model lacks nothing material that these data can show."
     EXPLAINED = "The model lacked what is named below; with it, nothing material remains."
     AMBIGUOUS = "Something is missing, but on these data two causes cannot be told apart."
     UNEXPLAINED = "Something material is missing that no known effect accounts for."

@@ -247,7 +247,7 @@ def headline(results: Results) -> str:
         return f"The model {model} was fitted{seen}; what it lacks was not searched for."
     effects = joined(effect_words(e.fitted, errors=False) for e in found.effects) or "what is named below"
     if found.verdict is Verdict.ADEQUATE:
-        return f"The model {model} lacks nothing that these data can show."
+        return f"The model {model} lacks nothing material that these data can show."
     if found.verdict is Verdict.EXPLAINED:
         return f"The model {model} lacked {effects}; with this, {error_words(results)}."
     if found.verdict is Verdict.AMBIGUOUS:
