@@ -76,6 +76,18 @@ def test_a_search_that_begins_near_the_noise_in_short_windows_goes_on_in_long_on
     assert found.fitted.problem.length == LONG
 
 
+def test_what_has_the_longest_windows_already_is_looked_at_to_the_end(monkeypatch):
+    """Waves that a rough fit shows are known in long windows: these leave nothing to lengthen, and much to look for."""
+    asked = []
+    monkeypatch.setattr(loop, "rounds", lambda fitted, *_, enough=0.0, **__: asked.append(enough) or fitted)
+    structure = SimpleNamespace(vessel=SimpleNamespace(length=5.0))
+    fitted = SimpleNamespace(
+        problem=SimpleNamespace(length=LONG), solution=SimpleNamespace(structure=structure), chi2_per_dof=0.9
+    )
+    assert loop._lengthened(fitted, [], lambda _: None, frozenset()) is fitted
+    assert asked == [0.0]
+
+
 @pytest.mark.parametrize("chi2", [1.5, 50.0])
 def test_what_longer_windows_throw_far_off_stays_in_the_shorter_ones_and_its_rounds_are_not_told(
     monkeypatch, chi2

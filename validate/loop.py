@@ -235,10 +235,12 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round.
 
-    Waves show in long ones. Where nothing is left to take and the fit stays far off, the next look is in the longest,
-    or in the first that throw it farther off still.
+    Waves show in long ones, and a fit that knows of them has the longest already. Where nothing is left to take and the
+    fit stays far off, the next look is in the longest, or in the first that throw it farther off still.
     """
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
+    if length >= longest:
+        return rounds(fitted, turns, pace, barred=barred)
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         stuck = fitted.is_far and bool(turns) and turns[-1].taken is None
         length = min(2.0 * length, longest)
