@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.base_fit import SHORT, fit_from_scratch, tried
-from identify.fitted import Fitted
+from identify.fitted import FAR, Fitted
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
@@ -19,7 +19,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
 
-    What runs away over the base's windows then is led to it through shorter ones.
+    What runs away over the base's windows then is led to it through shorter ones, unless the base is far from the
+    noise: there many do, none of which may be what is missing.
     """
     problem = base.problem
     value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
@@ -28,7 +29,7 @@ def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple
         return p, settled(problem, structure, p).first
     p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
     there = settled(problem, structure, p)
-    if not np.isfinite(there.cost):
+    if not np.isfinite(there.cost) and base.chi2_per_dof < FAR:
         scratch = tried(
             lambda: fit_from_scratch(structure, problem.stretches, value, length=problem.length, rounds=0)
         )
