@@ -18,9 +18,9 @@ from identify.settled import settled
 from preprocess.cores import on_cores
 from validate import other_start, refits
 from validate.candidates import Screened, candidates, from_starts, screen
+from validate.finalists import astray, finalists
 from validate.pace import Pace
 from validate.refits import CONVERGES, FEW, FIRST, begun_at, converges, raced, refined, refit, under
-from validate.rounds import _finalists, astray
 
 
 @cache
@@ -121,7 +121,7 @@ def test_an_effect_is_looked_at_on_angles_beside_revolutions():
     prepared = prepare(trials, ship.model)
     fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
     limits = [a for a in candidates(prepared.structure) if a.effect.name == "actuator_rate_limit"]
-    named = {s.active.variant.input for s in _finalists(fitted, screen(fitted, limits), True)}
+    named = {s.active.variant.input for s in finalists(fitted, screen(fitted, limits), True)}
     assert named & {"azimuth_port", "azimuth_starboard"}
     assert named & {"n_port", "n_starboard"}
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from identify.fitted import NEAR
-from validate import rounds as module
+from validate import finalists as module
 from validate.candidates import Screened
-from validate.rounds import MUCH, WANTED, _finalists
+from validate.finalists import MUCH, WANTED, finalists
 
 GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * MUCH}
 
 
-@pytest.mark.parametrize("chi2", [1.1, 1.25])
-def test_off_the_noise_those_that_the_accelerations_want_most_are_refitted_besides(monkeypatch, chi2):
-    nothing = np.zeros(1)
+def chosen(monkeypatch, chi2, antenna):
+    """Finalists where an antenna promises much, of which the accelerations want so much, and others nothing."""
+    nothing, gains = np.zeros(1), GAINS | {"antenna": antenna}
     first = Screened(SimpleNamespace(label="antenna"), nothing, nothing, 3000.0)
     others = [Screened(SimpleNamespace(label=name), nothing, nothing, -5000.0) for name in GAINS]
     fitted = SimpleNamespace(
@@ -25,8 +25,21 @@ def test_off_the_noise_those_that_the_accelerations_want_most_are_refitted_besid
         solution=SimpleNamespace(structure=SimpleNamespace(with_effect=lambda active: active)),
     )  # fmt: skip
     monkeypatch.setattr(module, "astray", lambda _: False)
-    monkeypatch.setattr(module, "gain_and_value", lambda active, *_: (GAINS[active.label], nothing))
-    found = _finalists(fitted, [first, *others], thorough=False)
+    monkeypatch.setattr(module, "gain_and_value", lambda active, *_: (gains[active.label], nothing))
+    return finalists(fitted, [first, *others], thorough=False)
+
+
+@pytest.mark.parametrize("chi2", [1.1, 1.25])
+def test_off_the_noise_those_that_the_accelerations_want_most_are_refitted_besides(monkeypatch, chi2):
+    found = chosen(monkeypatch, chi2, 0.0)
     besides = ["asymmetry", "clock"][:WANTED] if chi2 > NEAR else []
     assert [s.active.label for s in found] == ["antenna", *besides]
     assert [s.wanted is not None for s in found] == [False] + [True] * len(besides)
+
+
+@pytest.mark.parametrize(("gain", "begins"), [(0.9 * MUCH, False), (1.1 * MUCH, True)])
+def test_near_the_noise_what_promises_begins_where_the_accelerations_clearly_want_it(
+    monkeypatch, gain, begins
+):
+    (found,) = chosen(monkeypatch, 1.05, gain)
+    assert (found.wanted is not None) is begins

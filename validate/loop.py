@@ -21,12 +21,13 @@ from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival, one_for_two
+from validate.finalists import astray
 from validate.judgement import INDISTINCT
 from validate.look_alikes import Standing, standing
 from validate.pace import Pace
 from validate.pruning import pruned, searched
 from validate.refits import refined, under
-from validate.rounds import NONE, Names, Turn, astray, rounds, settled
+from validate.rounds import NONE, Names, Turn, rounds, settled
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
 

@@ -1,0 +1,88 @@
+"""Which candidates a round refits: the most promising, or of a fit that is astray the best of every effect and form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from identify.base_fit import FOLLOWS, free_running_misfit, is_lost
+from identify.fitted import FAR, NEAR, Fitted
+from preprocess.cores import side_by_side
+from validate.candidates import Screened, Wanted
+from validate.scan import gain_and_value
+
+#: Candidates that are refitted in each round.
+FINALISTS = 8
+#: Off the noise so many are refitted besides that promise little, if the accelerations want them by this much.
+WANTED, MUCH = 2, 0.1
+#: At so many inputs one effect is looked at through the accelerations, which do not tell gains apart that are so near.
+MOST_INPUTS, ALIKE = 6, 0.05
+#: ... and so many are tried where these do not tell them apart.
+UNDECIDED = 2
+
+
+def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[Screened]:
+    """The most promising; where a first order tells little, the best of every effect and form.
+
+    Off the noise also what the accelerations want most of the others: where what was taken makes up for them, no step
+    from there shows what they are worth. Near it those of which they clearly want a value begin there too: a rich model
+    that makes up for a slow rudder is far from the one that has it.
+    """
+    if not (thorough or astray(fitted)):
+        first = [s for s in screened[:FINALISTS] if s.gain > 8.0]
+        if fitted.chi2_per_dof > NEAR:
+            return [*first, *_wanted(fitted, screened[len(first) :])]
+        return [s if _gain(s) > MUCH else replace(s, wanted=None) for s in _asked(fitted, first)]
+    kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
+    forms: dict[tuple[str, str, str], list[Screened]] = {}
+    for candidate in screened:
+        forms.setdefault(_form(candidate, kinds), []).append(candidate)
+    causes = [s.active for s in screened]
+    likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=causes)
+    return [s for alike in likely for s in alike]
+
+
+def _wanted(fitted: Fitted, others: Sequence[Screened]) -> list[Screened]:
+    """Those that the accelerations want most, if clearly."""
+    clearly = [s for s in _asked(fitted, others) if _gain(s) > MUCH]
+    return sorted(clearly, key=_gain, reverse=True)[:WANTED]
+
+
+def _asked(fitted: Fitted, screened: Sequence[Screened]) -> list[Screened]:
+    """Candidates with what the accelerations gain by them, and where."""
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+
+    def wanted(s: Screened) -> Wanted:
+        return gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)
+
+    return [replace(s, wanted=w) for s, w in zip(screened, side_by_side(wanted, screened), strict=True)]
+
+
+def _gain(screened: Screened) -> float:
+    """What the accelerations gain by a candidate that they were asked about, if anything."""
+    return max(0.0, screened.wanted[0]) if screened.wanted else 0.0
+
+
+def _likely(fitted: Fitted, alike: Sequence[Screened]) -> Sequence[Screened]:
+    """Of one effect at many like inputs that which the accelerations want most; where they do not tell, the first two.
+
+    What moves the vessel ahead has most of the accelerations: it would always be preferred to what turns it.
+    """
+    if len(alike) <= UNDECIDED:
+        return alike
+    asked = _asked(fitted, alike[:MOST_INPUTS])
+    most = max(map(_gain, asked))
+    return [s for s in asked if _gain(s) >= most - ALIKE][:UNDECIDED]
+
+
+def astray(fitted: Fitted) -> bool:
+    """Whether a fit is far from the noise, or off it and unable to follow its own logs, or lost: in a wrong valley."""
+    chi2 = fitted.chi2_per_dof
+    return chi2 > FAR or (chi2 > NEAR and fitted.remembered(free_running_misfit) > FOLLOWS) or is_lost(fitted)
+
+
+def _form(candidate: Screened, kinds: Mapping[str, str]) -> tuple[str, str, str]:
+    """Effect and form and the kind of its input, whichever that is and whichever the logs."""
+    variant = candidate.active.variant
+    options = {k: v for k, v in variant.options.items() if k != "logs"}
+    return candidate.active.effect.name, str(options), kinds.get(variant.input or "", "")
