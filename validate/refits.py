@@ -110,11 +110,10 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
 def _anew(
     search: Callable[..., Solution], structure: Structure, screened: Screened, base: Fitted
 ) -> Solution:
-    """The best of a few steps from where a candidate may begin anew; of more, where the base's own valley is wrong."""
+    """The best of a few steps from where a candidate may begin anew; of more from a base that is near and lost."""
     if not swings(structure):
-        return search(
-            *other_start(structure, screened, base), budget=LONGER_WAY if is_lost(base) else BRIEFLY
-        )
+        lost = base.chi2_per_dof < FAR and is_lost(base)
+        return search(*other_start(structure, screened, base), budget=LONGER_WAY if lost else BRIEFLY)
     others = () if converges(base) else screened.others
     return searched_swinging(search, structure, base.problem, (screened.unmoved, *others))
 
