@@ -32,7 +32,13 @@ def test_a_wiring_is_not_taken_where_the_declared_one_is_likelier(monkeypatch):
 
 @pytest.mark.parametrize(
     ("length", "chi2", "goes"),
-    [(10.0, 5415.0, False), (10.0, 2000.0, True), (20.0, 6000.0, True), (5.0, 100.0, False)],
+    [
+        (10.0, 5415.0, False),
+        (10.0, 2000.0, True),
+        (20.0, 6000.0, True),
+        (5.0, 100.0, False),
+        (20.0, 4e9, False),
+    ],
 )
 def test_a_wiring_goes_where_the_declared_one_is_clearly_nearer(length, chi2, goes):
     """Far from the noise half a per cent says nothing, and the accelerations have spoken."""

@@ -33,6 +33,8 @@ from validate.wiring import Wiring, better_wiring, perhaps_wired
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: A fit in longer windows than another that leaves so many times as much is no nearer for their length.
+ASTRAY = 100.0
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
 #: A wiring that the accelerations prefer goes where the declared one leaves less than this share of the errors.
@@ -131,9 +133,13 @@ def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise |
 
 
 def _clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
-    """Whether a fit stays finite in longer windows than another, or leaves less than a share as much in equal ones."""
+    """Whether a fit stays finite in longer windows than another, or leaves less than a share as much in equal ones.
+
+    Finite is not enough where it leaves many times as much there: it runs away all the same.
+    """
     if one.problem.length != other.problem.length:
-        return one.problem.length > other.problem.length
+        near = one.chi2_per_dof < ASTRAY * other.chi2_per_dof
+        return one.problem.length > other.problem.length and near
     return one.chi2_per_dof < share * other.chi2_per_dof
 
 
