@@ -162,3 +162,11 @@ def test_a_wander_excuses_no_errors_that_it_is_too_small_for():
 def test_without_a_wander_nothing_is_beyond_it():
     fitted = fit_from_scratch(prepared_with().structure, prepared_with().identify)
     assert beyond_drift(fitted.problem, fitted.solution.moments) == 0.0
+
+
+def test_unseen_logs_speak_against_a_fit_where_no_begin_of_their_own_leads_anywhere(monkeypatch):
+    fitted = fit_from_scratch((plain := prepared_with()).structure, plain.identify)
+    loaded = prepared_with(Effect("mass_change", {"ratio": 2.0}, options={"logs": (3,)}))
+    monkeypatch.setattr(other_logs, "tried", lambda _: None)
+    unseen = with_other_logs(fitted, loaded.validate)
+    np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)

@@ -62,7 +62,7 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     p, prior = _fed(fitted, other.stretches)
     found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=8)
     if not _follows(other, found, n) or _against(fitted, found, n):
-        found = min(found, *_begun_anew(fitted, both, prior), key=total)
+        found = min([found, *_begun_anew(fitted, both, prior)], key=total)
     if not np.isfinite(found.cost):
         return None
     if _against(fitted, found, n):
