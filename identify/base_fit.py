@@ -10,14 +10,12 @@ from functools import partial
 
 import numpy as np
 
-from identify.chain import spreads
 from identify.first_states import first_states
-from identify.fitted import FAR, NEAR, Fitted, chi2_of
+from identify.fitted import FAR, NEAR, SLOWLY, Fitted, chi2_of
 from identify.in_common import in_common
 from identify.loosened import FIRM, loosened
 from identify.noise import calibrated, calibrated_anew
 from identify.output_error import Prior, Solution, Stopped, prior_for, solve
-from identify.predict import relative_errors
 from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.rough_fit import RAN_AWAY, SLIGHT, begin_windows
 from identify.settled import Settled, settled
@@ -33,11 +31,6 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Length of the windows, s: short ones first, so that a poor start cannot run away.
 SHORTEST, SHORT, LONG = 7.0, 8.0, 30.0
-#: A model follows whole logs where the squared free-running errors of u, v, r, each in units of its spread, add up to
-#: less than this.
-FOLLOWS = 0.5
-#: ... and is lost, be it near the noise in windows, where they add up to more than this.
-LOST = 5.0
 #: A search stops where its next step promises less than this of the rows; sooner in windows that longer ones follow.
 ENOUGH, ROUGHLY = 1e-4, 1e-3
 #: A length of the windows is gone on with so many times at most, each with weights as they are by then.
@@ -48,8 +41,6 @@ FEW = 5
 CLEARLY = 0.9
 #: ... or, near it, by this gain in 2 log likelihood under the other's weights.
 DECISIVE = 10.0
-#: Slow errors of less than this, in units of their noise, leave nothing to look for elsewhere.
-SLOWLY = 1.1
 
 
 def window_length(length: float) -> float:
@@ -104,6 +95,18 @@ def fit_from_scratch(
         third = tried(partial(loosened, structure, stretches, values, length))
         found = found if third is None else _farther(found, calibrate(third))
     return _straight(found, calibrate)
+
+
+def led(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:
+    """A fit that windows of up to ``length``, ever longer ones, lead to from the effects' values in ``p`` (np,).
+
+    These are held on the way where they run away with the others.
+    """
+    begin = start_by_regression(structure, p, stretches)
+    found = _grown(structure, stretches, begin, length)
+    if found.problem.length < length:
+        found = _farther(found, _grown(structure, stretches, begin, length, waiting=True))
+    return found
 
 
 def _misses_little(found: Fitted) -> bool:
@@ -265,27 +268,3 @@ def fit_states(problem: Problem, structure: Structure, p: FloatArray) -> Solutio
     found = settled(problem, structure, p)
     held = Prior.held(p)
     return solve(problem, structure, p, found.first, held, anchor=first_states(problem), budget=0)
-
-
-def free_running_misfit(fitted: Fitted) -> float:
-    """Mean squared free-running error of u, v, r, each in units of its spread in its own stretch, summed."""
-    return float(free_running_errors(fitted).sum())
-
-
-def is_lost(fitted: Fitted) -> bool:
-    """Whether a fit predicts its own logs far worse than their means do.
-
-    Where sensors are poor its windows may be near the noise all the same: from first state to first state anything
-    follows what hardly moves.
-    """
-    return fitted.remembered(free_running_misfit) > LOST
-
-
-def free_running_errors(fitted: Fitted) -> FloatArray:
-    """Mean squared free-running error (3,) of u, v, r, each in units of its spread in its own stretch."""
-    stretches, structure = fitted.problem.stretches, fitted.solution.structure
-    every = [
-        np.sum(relative_errors(structure, fitted.solution.p, s, scale) ** 2, axis=0)
-        for s, scale in zip(stretches, spreads(stretches), strict=True)
-    ]
-    return np.asarray(np.sum(every, axis=0) / sum(s.steps + 1 for s in stretches), dtype=float)

@@ -26,6 +26,8 @@ FAR = 3.0
 NEAR = 1.2
 #: ... if no stream's slow errors are so many times its noise, or more.
 SLOW = 1.5
+#: Slow errors of less than this, in units of their noise, leave nothing to look for elsewhere.
+SLOWLY = 1.1
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import (
-    SHORT,
-    SHORTEST,
-    fit_from_scratch,
-    fit_states,
-    free_running_misfit,
-    tried,
-    window_length,
-)
+from identify.base_fit import SHORT, SHORTEST, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import Fitted
+from identify.free_running import free_running_misfit
 from identify.in_common import in_common
 from identify.joined import Joined
 from identify.left_out import joined_regularised

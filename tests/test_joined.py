@@ -10,9 +10,10 @@ import pytest
 from identification_samples import modulus_truth, trials_of
 
 from identify import prediction_fit
-from identify.base_fit import fit_from_scratch, free_running_misfit
+from identify.base_fit import fit_from_scratch
 from identify.chain import chain_of, spreads
 from identify.fitted import FAR
+from identify.free_running import free_running_misfit
 from identify.joined import JUMPS, join
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.papers.kvlcc2 import REVOLUTIONS, RUDDER_RATE, SPEED, accelerations
 from identify import flow
-from identify.base_fit import free_running_misfit
+from identify.free_running import free_running_misfit
 from identify.mmg import inertia_of
 from identify.physical import physical
 from identify.prediction_fit import fit_declared

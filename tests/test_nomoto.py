@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from identify.base_fit import free_running_misfit
 from identify.drive import drive
+from identify.free_running import free_running_misfit
 from identify.physical import physical
 from identify.predict import relative_errors
 from identify.prediction_fit import fit_declared

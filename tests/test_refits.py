@@ -11,8 +11,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import fit_from_scratch, is_lost
-from identify.fitted import FAR, NEAR
+from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR, NEAR, SLOWLY
+from identify.free_running import FOLLOWS, LOST, free_running_misfit, is_lost
 from identify.prepare import prepare
 from identify.settled import settled
 from preprocess.cores import on_cores
@@ -145,11 +146,11 @@ def test_a_roll_is_found_from_far_off_whatever_start_promises_most():
     assert values["yaw"] == pytest.approx(roll["yaw"], rel=0.3)
 
 
-def lost(fitted):
-    """The fit with a propeller that pushes nothing, first states as they were."""
+def lost(fitted, share=0.0):
+    """The fit with a propeller that pushes nothing, or a share as much, first states as they were."""
     push = np.array([s.name.startswith("X_T") for s in fitted.solution.structure.slots])
     assert push.any()
-    return begun_at(fitted, np.where(push, 0.0, fitted.solution.p), 0)
+    return begun_at(fitted, np.where(push, share * fitted.solution.p, fitted.solution.p), 0)
 
 
 def test_no_refit_converges_from_a_fit_that_is_lost_on_its_own_logs_however_poor_the_sensors():
@@ -164,6 +165,18 @@ def test_no_refit_converges_from_a_fit_that_is_lost_on_its_own_logs_however_poor
     assert converges(under(poor, fitted, 0))
     there = under(poor, nothing, 0)
     assert there.chi2_per_dof < CONVERGES and astray(there) and not converges(there)
+
+
+def test_a_fit_that_cannot_follow_its_own_logs_is_lost_where_slow_errors_show_it():
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6)
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0, rounds=0)
+    weak = lost(fitted, 0.8)
+    assert FOLLOWS < free_running_misfit(weak) < LOST
+    slow = replace(fitted.problem, dispersion=np.full(4, 1.0 + 2.0 * (SLOWLY - 1.0)))
+    white = replace(fitted.problem, inflation=np.ones(4), dispersion=np.ones(4))
+    assert is_lost(replace(weak, problem=slow)) and not is_lost(replace(weak, problem=white))
+    assert not is_lost(replace(fitted, problem=slow))
 
 
 def test_a_value_that_the_accelerations_want_is_begun_with_through_shorter_windows_where_it_runs_away(

@@ -9,8 +9,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import FOLLOWS, fit_from_scratch, fit_states
+from identify.base_fit import fit_from_scratch, fit_states
 from identify.fitted import FAR, NEAR
+from identify.free_running import FOLLOWS
 from identify.prepare import prepare
 from identify.sensor_line import SensorLine
 from validate.candidates import candidates

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from identify.base_fit import FOLLOWS, free_running_misfit, is_lost
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import FOLLOWS, free_running_misfit, is_lost
 from preprocess.cores import side_by_side
 from validate.candidates import Screened, Wanted
 from validate.scan import gain_and_value

@@ -9,9 +9,10 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import SHORT, free_running_misfit
+from identify.base_fit import SHORT
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import free_running_misfit
 from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve

@@ -7,16 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import (
-    CLEARLY,
-    LONG,
-    fit_from_scratch,
-    fit_states,
-    free_running_errors,
-    tried,
-    window_length,
-)
+from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import free_running_errors
 from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from identify.base_fit import SHORT, fit_from_scratch, tried
+from identify.base_fit import SHORT, led, tried
 from identify.fitted import FAR, Fitted
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
@@ -30,9 +32,7 @@ def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple
     p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
     there = settled(problem, structure, p)
     if not np.isfinite(there.cost) and base.chi2_per_dof < FAR:
-        scratch = tried(
-            lambda: fit_from_scratch(structure, problem.stretches, value, length=problem.length, rounds=0)
-        )
-        p = p if scratch is None else scratch.solution.p
+        longer = tried(partial(led, structure, problem.stretches, value, problem.length))
+        p = p if longer is None else longer.solution.p
         there = settled(problem, structure, p)
     return p, there.first

@@ -8,10 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import SHORT, fit_from_scratch, is_lost
+from identify.base_fit import SHORT, fit_from_scratch
 from identify.drive import drive
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import is_lost
 from identify.in_common import in_common
 from identify.noise import recalibrated
 from identify.output_error import Solution, Stopped, solve

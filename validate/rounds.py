@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from identify.base_fit import SLOWLY, fit_from_scratch
-from identify.fitted import FAR, NEAR, Fitted
+from identify.base_fit import fit_from_scratch
+from identify.fitted import FAR, NEAR, SLOWLY, Fitted
 from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
 from identify.structure import effects_alone

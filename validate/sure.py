@@ -14,10 +14,10 @@ from functools import partial
 import numpy as np
 
 from identify.acting import input_clocks
-from identify.base_fit import free_running_errors
 from identify.disturbance import deviance, with_disturbances
 from identify.first_states import first_states
 from identify.fitted import Fitted
+from identify.free_running import free_running_errors
 from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
 from identify.whole_windows import over_whole_logs

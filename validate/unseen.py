@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import FOLLOWS
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import FOLLOWS
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.other_logs import on_other_logs, with_other_logs
