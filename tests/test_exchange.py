@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+import pytest
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
@@ -11,6 +12,7 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import Fitted
 from identify.prepare import prepare
 from validate.candidates import candidates
+from validate.clocks import fewer_clocks
 from validate.exchange import better_rival, one_for_two
 from validate.look_alikes import standing
 
@@ -73,3 +75,27 @@ def test_inputs_that_are_late_each_by_its_own_stay_two():
         structure = structure.with_effect(active) if active.effect.name == "actuator_delay" else structure
     both = fit_from_scratch(structure, prepared.identify, rounds=1)
     assert one_for_two(both, [standing(both, k) for k in range(2)]) is None
+
+
+def with_clocks_off(*streams):
+    """A vessel whose compass is late, fitted with the clocks of these streams."""
+    late = Effect("clock_offset", {"offset": 0.3}, None, {"stream": "heading"})
+    ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 5, (late,))
+    prepared = prepare(trials, ship.model)
+    structure = prepared.structure
+    for stream in streams:
+        [clock] = [a for a in candidates(structure) if a.label == f"clock_offset ({stream})"]
+        structure = structure.with_effect(clock)
+    return fit_from_scratch(structure, prepared.identify, rounds=1)
+
+
+def test_every_clock_but_one_early_by_as_much_is_that_one_late():
+    many = with_clocks_off("position", "yaw_rate", "inputs")
+    found = fewer_clocks(many)
+    assert found is not None
+    assert [a.label for a in found.solution.structure.actives] == ["clock_offset (heading)"]
+    assert found.solution.structure.values(found.solution.p, 0)["offset"] == pytest.approx(0.3, abs=0.01)
+
+
+def test_one_clock_is_not_taken_for_more():
+    assert fewer_clocks(with_clocks_off("heading")) is None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validate import swinging
-from validate.look_alikes import _margin
+from validate.look_alikes import margin_for
 from validate.search_ends import nearest, total
 from validate.swinging import FEW, MORE, searched_swinging
 
@@ -47,7 +47,7 @@ def test_the_valley_that_a_few_steps_show_to_be_lowest_is_taken_wherever_it_begi
 
 
 def test_a_rival_may_lack_what_a_parameter_more_makes_of_chance_and_of_all_it_could_have_been():
-    assert _margin(0, 10_000) == 6.0
-    assert _margin(-2, 10_000) == 2.0  # a richer one must be likelier by what chance gives it
-    assert _margin(2, 10_000) == pytest.approx(6.0 + 2.0 * np.log(10_000))
-    assert _margin(1, 3) == 8.0
+    assert margin_for(0, 10_000) == 6.0
+    assert margin_for(-2, 10_000) == 2.0  # a richer one must be likelier by what chance gives it
+    assert margin_for(2, 10_000) == pytest.approx(6.0 + 2.0 * np.log(10_000))
+    assert margin_for(1, 3) == 8.0

@@ -229,7 +229,7 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
     """A rival refitted in the effect's place, where it comes within what can be told apart."""
     structure = fitted.solution.structure.without(index).with_effect(rival.active)
     prior = prior_of(structure, rival.p, fitted)
-    margin = _margin(len(fitted.solution.p) - len(rival.p), fitted.problem.rows)
+    margin = margin_for(len(fitted.solution.p) - len(rival.p), fitted.problem.rows)
     slack = margin * float(np.max(fitted.problem.dispersion)) ** 2
     found = solve(
         fitted.problem, structure, rival.p, fitted.solution.first, prior, anchor=first_states(fitted.problem),
@@ -255,7 +255,7 @@ def blows(fitted: Fitted) -> bool:
     return bool(told > INDISTINCT)
 
 
-def _margin(more: int, rows: int) -> float:
+def margin_for(more: int, rows: int) -> float:
     """By how much a rival may be less likely, in -2 log likelihood, and still stand in an effect's place.
 
     A parameter ``more`` than the rival has is worth what chance gives it (Akaike 1974), and makes all that it could

@@ -13,6 +13,7 @@ from identify.free_running import free_running_errors
 from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut
+from validate.clocks import fewer_clocks
 from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival, one_for_two
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
@@ -183,7 +184,7 @@ def _searched(
         fine, wiring = pruned(plain, pace), None
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
-        rival = better_rival(fine, standing) or one_for_two(fine, standing)
+        rival = better_rival(fine, standing) or one_for_two(fine, standing) or fewer_clocks(fine)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
