@@ -14,7 +14,8 @@ from identify.base_fit import fit_states
 from identify.drive import drive
 from identify.fitted import Fitted
 from identify.stretch import Stretch
-from identify.windows import cut
+from identify.structure import Structure
+from identify.windows import Problem, cut
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -27,13 +28,20 @@ def in_order_taken(fitted: Fitted) -> Fitted:
 
     Samples from before a stretch's begin, or after its end, are left out: nothing predicts them.
     """
-    problem, structure, p = fitted.problem, fitted.solution.structure, fitted.solution.p
+    structure, p = fitted.solution.structure, fitted.solution.p
+    ordered = ordered_by(structure, p, fitted.problem)
+    if ordered is fitted.problem:
+        return fitted
+    return replace(fitted, problem=ordered, solution=fit_states(ordered, structure, p))
+
+
+def ordered_by(structure: Structure, p: FloatArray, problem: Problem) -> Problem:
+    """A problem with its samples in the windows in which they were taken, as the clocks of ``p`` (np,) say."""
     clocks = [drive(structure, p, s).sensor[5:9] for s in problem.stretches]
     pairs = list(zip(problem.stretches, clocks, strict=True))
     if all(np.max(np.abs(late - s.samples.late)) < SHARE * s.h for s, late in pairs):
-        return fitted
-    ordered = cut([by_clocks(s, late) for s, late in pairs], problem.length).weighted_as(problem)
-    return replace(fitted, problem=ordered, solution=fit_states(ordered, structure, p))
+        return problem
+    return cut([by_clocks(s, late) for s, late in pairs], problem.length).weighted_as(problem)
 
 
 def by_clocks(stretch: Stretch, late: FloatArray) -> Stretch:

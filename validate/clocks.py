@@ -5,18 +5,25 @@ That every stream but one is early by as much is that the one is late.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from identify.base_fit import fit_from_scratch
 from identify.effect import Active
 from identify.fitted import Fitted
-from identify.noise import dispersed_cost
+from identify.noise import calibrated, dispersed_cost
 from identify.structure import Structure, effects_alone
+from identify.taken_order import in_order_taken, ordered_by
+from identify.windows import Problem
 from validate.candidates import candidates
 from validate.look_alikes import margin_for
 from validate.refits import under
 
 NAME = "clock_offset"
+#: Steps of a refit.
+FOLLOWED = 20
 
 
 def fewer_clocks(fitted: Fitted) -> Fitted | None:
@@ -25,33 +32,38 @@ def fewer_clocks(fitted: Fitted) -> Fitted | None:
     The time that they are all off by together is nothing that a log could show.
     """
     structure = fitted.solution.structure
-    many = _clocks(structure.actives)
-    bare = structure
-    for active in many:
-        bare = bare.without([a.label for a in bare.actives].index(active.label))
-    few = [a for a in _clocks(candidates(bare)) if a.label not in {m.label for m in many}]
+    many = [k for k, a in enumerate(structure.actives) if a.effect.name == NAME]
+    bare = replace(structure, actives=tuple(a for k, a in enumerate(structure.actives) if k not in many))
+    had = {structure.actives[k].label for k in many}
+    few = [a for a in candidates(bare) if a.effect.name == NAME and a.label not in had]
     if not few or len(few) >= len(many):
         return None
-    off = np.median([structure.values(fitted.solution.p, structure.actives.index(a))["offset"] for a in many])
-    simpler = bare
-    for active in few:
-        simpler = simpler.with_effect(active)
-    found = under(fitted.problem, _begun_off(fitted, bare, simpler, -float(off)), 20)
+    off = float(np.median([structure.values(fitted.solution.p, k)["offset"] for k in many]))
+    found = _begun(fitted, bare, few, -off)
     margin = margin_for(len(fitted.solution.p) - len(found.solution.p), fitted.problem.rows)
-    enough = dispersed_cost(fitted.problem, fitted.solution) + margin
-    return found if dispersed_cost(fitted.problem, found.solution) < enough else None
+    weights = _weights(fitted)
+    return found if _excess(found, weights) < _excess(fitted, weights) + margin else None
 
 
-def _begun_off(fitted: Fitted, bare: Structure, simpler: Structure, offset: float) -> Fitted:
-    """The fit with other clocks, each begun at an offset, s."""
-    p = simpler.carried(bare.carried(fitted.solution.p, fitted.solution.structure), bare)
-    added = range(len(bare.actives), len(simpler.actives))
-    p = np.where([s.effect in added and s.name == "offset" for s in simpler.slots], offset, p)
-    problem = fitted.problem
-    return fit_from_scratch(
-        simpler, problem.stretches, effects_alone(simpler, p), length=problem.length, rounds=0
-    )
+def _begun(fitted: Fitted, bare: Structure, few: Sequence[Active], offset: float) -> Fitted:
+    """The fit with a few clocks in place of those that it has, each begun at an offset, s."""
+    structure, problem = replace(bare, actives=(*bare.actives, *few)), fitted.problem
+    p = structure.carried(fitted.solution.p, fitted.solution.structure)
+    mine = [s.effect >= len(bare.actives) for s in structure.slots]
+    p = effects_alone(structure, np.where(mine, offset, p))
+    stretches = ordered_by(structure, p, problem).stretches
+    return in_order_taken(fit_from_scratch(structure, stretches, p, length=problem.length, rounds=0))
 
 
-def _clocks(actives: tuple[Active, ...] | list[Active]) -> list[Active]:
-    return [a for a in actives if a.effect.name == NAME]
+def _weights(fitted: Fitted) -> Problem:
+    """Weights of errors that know nothing of what the inputs hide: other clocks make another thing of that."""
+    if fitted.problem.unlogged is None:
+        return fitted.problem
+    bare = replace(fitted.problem, unlogged=None)
+    return calibrated(bare, under(bare, fitted, FOLLOWED).solution)
+
+
+def _excess(fitted: Fitted, weights: Problem) -> float:
+    """What a fit costs beyond one for each row, in the windows in which its own clocks say that samples were taken."""
+    problem = ordered_by(fitted.solution.structure, fitted.solution.p, weights)
+    return dispersed_cost(problem, under(problem, fitted, FOLLOWED).solution) - problem.rows
