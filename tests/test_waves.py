@@ -21,8 +21,9 @@ from validate import waves as searched
 from validate.error_spectra import spectra_of
 from validate.pace import Pace
 from validate.peaks import around_of, core_of
+from validate.refits import under
 from validate.rounds import rounds
-from validate.swell import with_waves_known, without_waves
+from validate.swell import needs_waves, with_waves_known, without_waves
 from validate.wave_band import measured
 from validate.waves import _material, _may_be_half, as_effect, fastest, find_waves
 
@@ -186,6 +187,17 @@ def test_waves_that_nobody_is_told_of_are_taken_out_of_a_fit():
     assert bare.problem.swell is None
     assert bare.chi2_per_dof > known.chi2_per_dof
     assert without_waves(bare) is bare
+    assert needs_waves(known)
+
+
+def test_waves_that_are_known_are_not_needed_where_a_fit_is_at_the_noise_without():
+    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
+    swell = with_waves_known(fitted("usv", (waves,))).problem.swell
+    plain = clean()
+    stretches = tuple(replace(s, swell=swell) for s in plain.problem.stretches)
+    known = under(replace(plain.problem, stretches=stretches), plain)
+    assert known.problem.swell is not None
+    assert not needs_waves(known)
 
 
 def test_no_waves_are_higher_than_waves_break():

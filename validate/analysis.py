@@ -29,7 +29,7 @@ from validate.pace import Pace
 from validate.rounds import NEARER
 from validate.scores import predictions, validation
 from validate.sure import surely
-from validate.swell import in_swell, with_waves_known, without_waves
+from validate.swell import in_swell, needs_waves, with_waves_known, without_waves
 from validate.tables import actuator_tables, prediction_tables
 from validate.told_logs import told_of_the_odd_logs
 from validate.unseen import speak_against
@@ -103,6 +103,7 @@ def analyse(
         after = _after(prepared, declared, outcome, far)
     near = _nearest(after, outcome)
     waves = waves_of(near) if loop else None
+    waves = waves if waves and needs_waves(near) else None
     if waves is None:
         declared, after, outcome = _without_waves(declared, after, outcome)
     in_windows = after

@@ -75,6 +75,15 @@ def without_waves(fitted: Fitted) -> Fitted:
     return _knowing(fitted, replace(problem, stretches=in_swell(problem.stretches, None)))
 
 
+def needs_waves(fitted: Fitted) -> bool:
+    """Whether a fit that knows of waves leaves the noise without them, or its errors then may show them.
+
+    What was missing when they were first seen may have made their peak.
+    """
+    bare = without_waves(fitted)
+    return bare is fitted or bare.is_off or perhaps_waves(bare) is not None
+
+
 def _knowing(fitted: Fitted, problem: Problem) -> Fitted:
     """The fit gone on with in a problem that knows of waves, or of none."""
     for _ in range(ROUNDS):
