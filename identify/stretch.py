@@ -17,6 +17,7 @@ from identify.innovations import NO_FILTER, Filter, filter_of, since_used, toget
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
 from identify.sensor_line import SensorLine, sensor_line
+from identify.slowness import slower
 from identify.swell import Swell, path_of
 from preprocess.eso_motion import bandwidths_of
 from preprocess.gaps import LEAST_SAMPLES, LEAST_SECONDS
@@ -204,7 +205,7 @@ def slopes_of(states: FloatArray, h: float, window: int) -> FloatArray:
 
 def step_for(length: float) -> float:
     """Integration step in s for a vessel of this length: 0.1 s up to 5 m, longer with the root of the length."""
-    return 0.1 * max(1.0, min(math.sqrt(length / 5.0), 5.0))
+    return 0.1 * slower(length)
 
 
 def stretches_of(trial: Trial, h: float, least: float = LEAST_SECONDS) -> list[Stretch]:

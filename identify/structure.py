@@ -14,6 +14,7 @@ from identify.forces import channel_names
 from identify.layout import Layout, layout_of
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
 from identify.slot import CLOCK, U0, Slot, clocks, reference_speed
+from identify.slowness import slower
 from identify.tape import Tape, tape_of
 from identify.term import FACTORS, MOST_FACTORS, Term, brakes, factors_of
 from ingest.errors import UsageError
@@ -249,8 +250,12 @@ def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
 
 
 def bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
-    """The parameter with the bounds that it has on a vessel."""
-    return parameter if parameter.within is None else replace(parameter, bounds=parameter.within(vessel))
+    """The parameter with the bounds that it has on a vessel; times begin as much longer as that is slower."""
+    bounds = parameter.bounds if parameter.within is None else parameter.within(vessel)
+    if parameter.unit != "s" or not parameter.starts:
+        return replace(parameter, bounds=bounds)
+    starts = tuple(float(np.clip(slower(vessel.length) * x, *bounds)) for x in parameter.starts)
+    return replace(parameter, bounds=bounds, starts=starts)
 
 
 def structure_for(

@@ -125,6 +125,30 @@ def test_a_thrust_that_fades_is_seen_where_the_first_order_knows_of_no_thrust():
     assert p[[s.name for s in structure.slots].index("rate")] > 0.0
 
 
+def test_an_actuator_that_follows_by_many_seconds_is_seen_so():
+    lag = Effect("actuator_lag", {"time_constant": 8.0}, "propeller")
+    stretches, structure = missing("actuator_lag", Variant("propeller"), [lag], 3)
+    p = start_by_regression(structure, null_parameters(structure), stretches)
+    found = structure.values(best_value(structure, stretches, p), 0)
+    assert found["time_constant"] == pytest.approx(8.0, rel=0.25)
+
+
+def test_times_of_ships_are_longer_than_those_of_boats():
+    def time(length):
+        structure = structure_of("modulus")
+        structure = replace(structure, vessel=replace(structure.vessel, length=length))
+        [lag] = [
+            s
+            for s in structure.with_effect(Active(LIBRARY["actuator_lag"], Variant("rudder"))).slots
+            if s.effect == 0
+        ]
+        return lag.parameter
+
+    boat, ship = time(2.0), time(80.0)
+    assert boat.bounds == (0.0, 20.0) and ship.bounds == (0.0, 80.0)
+    assert ship.starts == pytest.approx([4.0 * x for x in boat.starts])
+
+
 @pytest.mark.parametrize("direction", [-1.0, 2.0])
 def test_a_strong_current_is_looked_for_where_it_flows(direction):
     """Over ground a vessel that turns changes its velocity along its own axes without any force."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.acting import lead_slot
-from identify.effect import Active, Effect, Parameter
+from identify.effect import Active, Effect
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
 from identify.fitted import Fitted
@@ -17,7 +17,6 @@ from identify.output_error import Prior, prior_for
 from identify.reduction import reduce
 from identify.regression import coefficient_scales
 from identify.rough_fit import thin
-from identify.stretch import step_for
 from identify.structure import Structure
 from identify.windows import moments
 from preprocess.cores import side_by_side
@@ -211,14 +210,10 @@ def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArr
 
 
 def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
-    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated.
-
-    Times grow as a vessel's own do: what is late aboard a ship of thirty metres is so by seconds.
-    """
+    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated."""
     wide = fitted.solution.structure.with_effect(active)
     mine = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1 and s.coefficient < 0]
-    slower = step_for(wide.vessel.length) / step_for(0.0)
-    lists = [_slowed(p, slower) if p.unit == "s" else p.starts or (p.null,) for p in mine]
+    lists = [p.starts or (p.null,) for p in mine]
     n = max(len(x) for x in lists)
     columns = [x if len(x) == n else x * n for x in lists]
     starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
@@ -228,18 +223,13 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
     return starts + _as_far_ahead(fitted, wide)
 
 
-def _slowed(parameter: Parameter, by: float) -> tuple[float, ...]:
-    """Starts of a time so many times as long, within its bounds."""
-    return tuple(float(np.clip(by * x, *parameter.bounds)) for x in parameter.starts or (parameter.null,))
-
-
 def _as_far_ahead(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
     """Where inputs that may all be late are as far ahead of their logs as the fit found them, without saying so."""
     structure, late = fitted.solution.structure, wide.actives[-1].effect
     lead, known = lead_slot(structure), structure.input_lead
     if lead is None or known is None or lead_slot(wide) is not None or not late.input_delay:
         return []
-    own = late.parameters[0]
+    [own] = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1]
     value = (known[0] - fitted.solution.p[lead]) / late.input_delay({own.name: 1.0})
     return [{own.name: float(np.clip(value, *own.bounds))}]
 

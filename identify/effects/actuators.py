@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from itertools import combinations
 
 from identify.actuator_dynamics import Before, deadband_neutral, displaced, first_order, play, rate_limited
 from identify.effect import Acting, Effect, FloatArray, Parameter, Setting, Values, Variant
+from identify.slowness import slower
+from preprocess.vessel import Vessel
 
 #: What makes thrust does nothing somewhere near its zero, or somebody would have seen it; an angle's zero is anywhere.
 _NEAR_ZERO = {"propeller": 0.5, "thruster": 0.5, "tunnel": 0.5}
@@ -17,13 +20,18 @@ def _each(setting: Setting) -> list[Variant]:
     return [Variant(i.name) for i in setting.inputs]
 
 
+def _late(most: float, vessel: Vessel) -> tuple[float, float]:
+    """How late an actuator may be, s: as much more as the vessel is slower than a small boat."""
+    return 0.0, most * slower(vessel.length)
+
+
 ACTUATOR_LAG = Effect(
     "actuator_lag", "actuator",
     "T ȧ + a = input",
     "The actuator follows its command like a first-order system.",
     "Step the actuator and film it, or log its feedback.",
     "Fossen 2011, sec. 12.3",
-    parameters=(Parameter("time_constant", "s", 0.1, (0.0, 20.0), starts=(0.2, 1.0)),),
+    parameters=(Parameter("time_constant", "s", 0.1, starts=(0.2, 1.0, 5.0), within=partial(_late, 20.0)),),
     actuator=lambda p, a, dt, _, b: first_order(*a, dt, p["time_constant"], b.told, b.lasted),
     lasting=lambda p, _: 3.0 * p["time_constant"],
     variants=_each,
@@ -35,7 +43,7 @@ ACTUATOR_DELAY = Effect(
     "The actuator does what it is told some time later.",
     "Film a step beside the clock; look for queues and radio links between logger and actuator.",
     "Fossen 2011, sec. 12.3",
-    parameters=(Parameter("delay", "s", 0.1, (0.0, 10.0), starts=(0.2, 0.8)),),
+    parameters=(Parameter("delay", "s", 0.1, starts=(0.2, 0.8), within=partial(_late, 10.0)),),
     input_delay=lambda p: p["delay"],
     variants=_each,
 )  # fmt: skip
