@@ -19,6 +19,7 @@ from identify.output_error import Prior, Solution, Stopped, prior_for, solve
 from identify.regression import coefficient_scales, couples, start_by_regression
 from identify.rough_fit import RAN_AWAY, SLIGHT, begin_windows
 from identify.settled import Settled, settled
+from identify.slowness import slower
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.unlogged import bent
@@ -46,6 +47,11 @@ DECISIVE = 10.0
 def window_length(length: float) -> float:
     """Length of the long windows for a vessel of this length: 30 s, more for ships whose response is slower."""
     return LONG * max(1.0, min(float(np.sqrt(length / 7.0)), 5.0))
+
+
+def short_windows(problem: Problem, structure: Structure) -> float:
+    """Length of windows in which hardly any start runs away, s: longer for ships, no longer than a problem's."""
+    return min(SHORT * slower(structure.vessel.length), problem.length)
 
 
 def fit_from_scratch(

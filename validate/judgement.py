@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import SHORT
+from identify.base_fit import short_windows
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import free_running_misfit
@@ -174,7 +174,7 @@ def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
 def _begun_roughly(fitted: Fitted, p: FloatArray) -> Fitted:
     """The fit begun with the effects' values of ``p`` (np,), all else as short windows want it."""
     structure, problem = fitted.solution.structure, fitted.problem
-    values, length = effects_alone(structure, p), min(SHORT, problem.length)
+    values, length = effects_alone(structure, p), short_windows(problem, structure)
     return begun_at(fitted, roughly(structure, problem.stretches, values, length), 20)
 
 

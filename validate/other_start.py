@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import SHORT, led, tried
+from identify.base_fit import led, short_windows, tried
 from identify.fitted import FAR, Fitted
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
@@ -29,7 +29,7 @@ def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple
     if value is None:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
-    p = roughly(structure, problem.stretches, value, min(SHORT, problem.length))
+    p = roughly(structure, problem.stretches, value, short_windows(problem, structure))
     there = settled(problem, structure, p)
     if not np.isfinite(there.cost) and base.chi2_per_dof < FAR:
         longer = tried(partial(led, structure, problem.stretches, value, problem.length))

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import SHORT, fit_from_scratch
+from identify.base_fit import fit_from_scratch, short_windows
 from identify.drive import drive
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
@@ -228,7 +228,7 @@ def _begins(base: Fitted, part: Fitted) -> Iterator[tuple[FloatArray, FloatArray
     structure, problem, p = part.solution.structure, base.problem, part.solution.p
     yield p, base.solution.first
     yield p, settled(problem, structure, p).first
-    p = roughly(structure, problem.stretches, effects_alone(structure, p), min(SHORT, problem.length))
+    p = roughly(structure, problem.stretches, effects_alone(structure, p), short_windows(problem, structure))
     yield p, settled(problem, structure, p).first
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.base_fit import SHORT, tried
+from identify.base_fit import short_windows, tried
 from identify.fitted import Fitted
 from identify.in_common import in_common
 from identify.input_sizes import between, sizes_of
@@ -73,7 +73,7 @@ def begun_all_over(fitted: Fitted) -> Fitted:
 def _begun_with(fitted: Fitted, k: int, values: Sequence[float] | FloatArray) -> Fitted:
     """The nearest of a fit and those begun roughly with one parameter at other values."""
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
-    known, length = effects_alone(structure, fitted.solution.p), min(SHORT, fitted.problem.length)
+    known, length = effects_alone(structure, fitted.solution.p), short_windows(fitted.problem, structure)
 
     def begun(value: float) -> Fitted | None:
         p = np.where(np.arange(len(known)) == k, value, known)

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from identify.base_fit import SHORT
+from identify.base_fit import short_windows
 from identify.output_error import Solution
 from identify.rough_fit import roughly
 from identify.settled import Settled, settled
@@ -46,7 +46,7 @@ def searched_swinging(
 def _begun(structure: Structure, problem: Problem, p: FloatArray) -> Settled:
     """A rough fit in windows of one period: longer ones have a valley for every swing in them."""
     own = structure.values(p, len(structure.actives) - 1)
-    length = min(max(2.0 * math.pi / own["frequency"], BRIEFEST), SHORT, problem.length)
+    length = min(max(2.0 * math.pi / own["frequency"], BRIEFEST), short_windows(problem, structure))
     with suppress(NotIdentifiable):
         p = roughly(structure, problem.stretches, p, length)
     return settled(problem, structure, p)
