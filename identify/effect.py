@@ -184,6 +184,8 @@ class Effect:
     by_inverse : tuple of str
         Values reported of which the measurements tell the inverse: a wind's speed shows in how much the vessel's own
         changes its push, and what tells it poorly hardly bounds it from above.
+    by_its_square : tuple of str
+        Coefficients that go with the square of that inverse: the push is known, and so its product with the square.
     """
 
     name: str
@@ -211,6 +213,7 @@ class Effect:
     report: Callable[[Values], Mapping[str, float]] | None = None
     reported: Mapping[str, str] = field(default_factory=dict)
     by_inverse: tuple[str, ...] = ()
+    by_its_square: tuple[str, ...] = ()
 
 
 def read_as(*forms: str) -> Callable[[Variant], list[Variant]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -193,11 +194,19 @@ def fitted_effect(
 
 
 def _by_inverse(active: Active, names: list[str], values: FloatArray, variance: FloatArray) -> FloatArray:
-    """Factors (k,) on standard errors: where an inverse is known, 1.96 of them reach the far end of its interval."""
-    wider = np.ones(len(names))
+    """Factors (k,) on standard errors: where an inverse is known, 1.96 of them reach the far end of its interval.
+
+    What goes with the inverse's square (an area of a wind whose push is known) reaches where that leads it.
+    """
+    wider, stderr = np.ones(len(names)), np.sqrt(np.maximum(np.diag(variance), 0.0))
     for k in (names.index(n) for n in active.effect.by_inverse):
-        half, size = 1.96 * float(np.sqrt(max(variance[k, k], 0.0))), abs(float(values[k]))
-        wider[k] = 1.0 / (1.0 - (half / size if half < MOST_KNOWN * size else MOST_KNOWN))
+        half, size = 1.96 * float(stderr[k]), abs(float(values[k]))
+        share = half / size if half < MOST_KNOWN * size else MOST_KNOWN
+        wider[k] = 1.0 / (1.0 - share)
+        for j in (names.index(n) for n in active.effect.by_its_square):
+            along = min(2.0 * share / 1.96 * abs(float(values[j])), float(stderr[j]))
+            far = math.sqrt(stderr[j] ** 2 + along**2 * ((1.0 + 0.5 * share) ** 2 - 1.0))
+            wider[j] = far / stderr[j] if stderr[j] > 0.0 else 1.0
     return wider
 
 

@@ -120,6 +120,23 @@ def test_a_winds_speed_is_known_by_its_inverse_and_its_interval_reaches_as_far(n
     assert fitted_effect(structure, p, covariance, 0)[0].parameters[speed].stderr <= 10.0 * 8.0 * 1.001
 
 
+def test_a_winds_areas_reach_where_the_inverse_of_its_speed_leads_them():
+    structure = structure_of("linear", (RUDDER, PROPELLER))
+    effect = next(e for e in EFFECTS if e.name == "wind" and e.report)
+    structure = structure.with_effect(Active(effect, Variant()))
+    p = null_parameters(structure)
+    places = {s.name: k for k, s in enumerate(structure.slots) if s.effect == 0}
+    p[places["north"]], p[places["cx"]], p[places["cy"]] = 4.0, 1e-3, 2e-3
+    along = np.zeros(len(p))  # a push that is known: what doubles the speed leaves a quarter of the area
+    along[places["north"]], along[places["cx"]] = 0.2 * 4.0, -0.4 * 1e-3
+    covariance = np.outer(along, along)
+    covariance[places["cy"], places["cy"]] = 1e-12
+    made = {e.name: e for e in fitted_effect(structure, p, covariance, 0)[0].parameters}
+    slowest = 1.0 / (1.0 + 1.96 * 0.2)
+    assert made["cx"].value + 1.96 * made["cx"].stderr == pytest.approx(1e-3 / slowest**2)
+    assert 1e-6 < made["cy"].stderr < 1.5e-6
+
+
 def test_the_library_is_the_contracts_and_terms_of_models():
     assert {e.name for e in EFFECTS} == set(KNOWN) - {"waves"}
 

@@ -71,6 +71,7 @@ WIND_UNSEEN = Effect(
     report=lambda p: _polar(p, "north", "east", comes_from=True),
     reported={"speed": "m/s", "direction": "rad"},
     by_inverse=("speed",),
+    by_its_square=("cx", "cy", "cn"),
 )  # fmt: skip
 
 
