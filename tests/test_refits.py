@@ -186,11 +186,10 @@ def test_a_value_that_the_accelerations_want_is_begun_with_through_shorter_windo
     ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 6, (heavy,), validate=0)
     prepared = prepare(trials, ship.model)
     base = fit_from_scratch(prepared.structure, prepared.identify, rounds=0)
-    monkeypatch.setattr(other_start, "FAR", 2.0 * base.chi2_per_dof)  # as near as poor sensors would make it
     active = next(a for a in candidates(prepared.structure) if a.label == "shallow_water (02-random)")
     structure = prepared.structure.with_effect(active)
     begin = structure.carried(base.solution.p, prepared.structure)
     monkeypatch.setattr(other_start, "roughly", lambda _, __, p, ___: np.where(p == 0.0, 10.0, p))
-    p, first = other_start.other_start(structure, Screened(active, begin, begin, 0.0), base)
+    p, first = other_start.other_start(structure, Screened(active, begin, begin, 0.0, leads=True), base)
     assert structure.values(p, 0)["factor"] == pytest.approx(2.4, abs=0.3)
     assert np.isfinite(settled(base.problem, structure, p).cost) and np.isfinite(first).all()

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.fitted import NEAR
+from identify.fitted import FAR, NEAR
 from validate import finalists as module
 from validate.candidates import Screened
 from validate.finalists import MUCH, WANTED, finalists
@@ -15,7 +15,7 @@ from validate.finalists import MUCH, WANTED, finalists
 GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * MUCH}
 
 
-def chosen(monkeypatch, chi2, antenna):
+def chosen(monkeypatch, chi2, antenna, converges=True):
     """Finalists where an antenna promises much, of which the accelerations want so much, and others nothing."""
     nothing, gains = np.zeros(1), GAINS | {"antenna": antenna}
     first = Screened(SimpleNamespace(label="antenna"), nothing, nothing, 3000.0)
@@ -25,6 +25,7 @@ def chosen(monkeypatch, chi2, antenna):
         solution=SimpleNamespace(structure=SimpleNamespace(with_effect=lambda active: active)),
     )  # fmt: skip
     monkeypatch.setattr(module, "astray", lambda _: False)
+    monkeypatch.setattr(module, "converges", lambda _: converges)
     monkeypatch.setattr(module, "gain_and_value", lambda active, *_: (gains[active.label], nothing))
     return finalists(fitted, [first, *others], thorough=False)
 
@@ -43,3 +44,11 @@ def test_near_the_noise_what_promises_begins_where_the_accelerations_clearly_wan
 ):
     (found,) = chosen(monkeypatch, 1.05, gain)
     assert (found.wanted is not None) is begins
+
+
+def test_where_no_refit_converges_only_what_is_wanted_most_and_clearly_leads(monkeypatch):
+    found = chosen(monkeypatch, 1.25, 0.0, converges=False)
+    assert [s.active.label for s in found if s.leads] == ["asymmetry"]
+    assert all(s.wanted is not None for s in found)
+    assert not any(s.leads for s in chosen(monkeypatch, 1.25, 0.0))
+    assert not any(s.leads for s in chosen(monkeypatch, 2.0 * FAR, 0.0, converges=False))

@@ -35,7 +35,8 @@ class Screened:
     """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises.
 
     ``wanted`` is what the accelerations gain by it and the parameters that they want, where these were asked;
-    ``others`` are starts (np,) that promise more than half as much as the one it was looked at from.
+    ``others`` are starts (np,) that promise more than half as much as the one it was looked at from; whether it
+    ``leads``: they want it so much that it is worth the way through shorter windows.
     """
 
     active: Active
@@ -44,6 +45,7 @@ class Screened:
     gain: float
     wanted: Wanted | None = None
     others: tuple[FloatArray, ...] = ()
+    leads: bool = False
 
 
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:

@@ -8,13 +8,14 @@ from dataclasses import replace
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import FOLLOWS, free_running_misfit, is_lost
 from preprocess.cores import side_by_side
-from validate.candidates import Screened, Wanted
-from validate.scan import gain_and_value
+from validate.candidates import HALF, Screened, Wanted
+from validate.refits import converges
+from validate.scan import MUCH, gain_and_value
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
-#: Off the noise so many are refitted besides that promise little, if the accelerations want them by this much.
-WANTED, MUCH = 2, 0.1
+#: Off the noise so many are refitted besides that promise little, if the accelerations clearly want them.
+WANTED = 2
 #: At so many inputs one effect is looked at through the accelerations, which do not tell gains apart that are so near.
 MOST_INPUTS, ALIKE = 6, 0.05
 #: ... and so many are tried where these do not tell them apart.
@@ -31,7 +32,7 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
     if not (thorough or astray(fitted)):
         first = [s for s in screened[:FINALISTS] if s.gain > 8.0]
         if fitted.chi2_per_dof > NEAR:
-            return [*first, *_wanted(fitted, screened[len(first) :])]
+            return _leading(fitted, [*first, *_wanted(fitted, screened[len(first) :])])
         return [s if _gain(s) > MUCH else replace(s, wanted=None) for s in _asked(fitted, first)]
     kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
     forms: dict[tuple[str, str, str], list[Screened]] = {}
@@ -39,7 +40,19 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
         forms.setdefault(_form(candidate, kinds), []).append(candidate)
     causes = [s.active for s in screened]
     likely = side_by_side(lambda alike: _likely(fitted, alike), list(forms.values()), shared=causes)
-    return [s for alike in likely for s in alike]
+    return _leading(fitted, [s for alike in likely for s in alike])
+
+
+def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
+    """Of those that no refit may reach from where the fit is, which the accelerations want most, and clearly.
+
+    Far from the noise many run away, none of which may be what is missing: there none leads.
+    """
+    if converges(fitted) or not fitted.chi2_per_dof < FAR or not chosen:
+        return chosen
+    asked = _asked(fitted, chosen)
+    most = max(map(_gain, asked))
+    return [replace(s, leads=_gain(s) > max(MUCH, HALF * most)) for s in asked]
 
 
 def _wanted(fitted: Fitted, others: Sequence[Screened]) -> list[Screened]:

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 
 from identify.base_fit import led, short_windows, tried
-from identify.fitted import FAR, Fitted
+from identify.fitted import Fitted
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure
 from validate.candidates import Screened
-from validate.scan import best_value
+from validate.scan import WORTH, gain_and_value
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -21,17 +21,16 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
 
-    What runs away over the base's windows then is led to it through shorter ones, unless the base is far from the
-    noise: there many do, none of which may be what is missing.
+    What ``leads`` and runs away over the base's windows then is led to it through shorter ones.
     """
     problem = base.problem
-    value = best_value(structure, problem.stretches, screened.unmoved, asked=screened.wanted)
-    if value is None:
+    gain, value = screened.wanted or gain_and_value(structure, problem.stretches, screened.unmoved)
+    if gain <= WORTH:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
     p = roughly(structure, problem.stretches, value, short_windows(problem, structure))
     there = settled(problem, structure, p)
-    if not np.isfinite(there.cost) and base.chi2_per_dof < FAR:
+    if not np.isfinite(there.cost) and screened.leads:
         longer = tried(partial(led, structure, problem.stretches, value, problem.length))
         p = p if longer is None else longer.solution.p
         there = settled(problem, structure, p)

@@ -40,6 +40,8 @@ ROWS = 2000
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added): a
 #: dead band that few samples pass gains hardly more.
 WORTH = 0.02
+#: ... and is clearly wanted where it falls by this much.
+MUCH = 0.1
 
 
 def best_value(
