@@ -11,6 +11,8 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.fitted import Fitted
 from identify.prepare import prepare
+from ingest.errors import NotIdentifiable
+from validate import clocks
 from validate.candidates import candidates
 from validate.clocks import fewer_clocks
 from validate.exchange import better_rival, one_for_two
@@ -99,3 +101,12 @@ def test_every_clock_but_one_early_by_as_much_is_that_one_late():
 
 def test_one_clock_is_not_taken_for_more():
     assert fewer_clocks(with_clocks_off("heading")) is None
+
+
+def test_many_clocks_stay_where_no_fit_with_fewer_can_begin(monkeypatch):
+    def runs_away(*_, **__):
+        raise NotIdentifiable("it runs away at once.")
+
+    many = with_clocks_off("position", "yaw_rate", "inputs")
+    monkeypatch.setattr(clocks, "fit_from_scratch", runs_away)
+    assert fewer_clocks(many) is None

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from identify.base_fit import fit_from_scratch
+from identify.base_fit import fit_from_scratch, tried
 from identify.effect import Active
 from identify.fitted import Fitted
 from identify.noise import calibrated, dispersed_cost
@@ -39,7 +40,9 @@ def fewer_clocks(fitted: Fitted) -> Fitted | None:
     if not few or len(few) >= len(many):
         return None
     off = float(np.median([structure.values(fitted.solution.p, k)["offset"] for k in many]))
-    found = _begun(fitted, bare, few, -off)
+    found = tried(partial(_begun, fitted, bare, few, -off))
+    if found is None:
+        return None
     margin = margin_for(len(fitted.solution.p) - len(found.solution.p), fitted.problem.rows)
     weights = _weights(fitted)
     return found if _excess(found, weights) < _excess(fitted, weights) + margin else None
