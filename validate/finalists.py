@@ -66,7 +66,7 @@ def _asked(fitted: Fitted, screened: Sequence[Screened]) -> list[Screened]:
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
 
     def wanted(s: Screened) -> Wanted:
-        return gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)
+        return s.wanted or gain_and_value(structure.with_effect(s.active), stretches, s.unmoved)
 
     return [replace(s, wanted=w) for s, w in zip(screened, side_by_side(wanted, screened), strict=True)]
 

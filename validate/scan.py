@@ -45,18 +45,13 @@ MUCH = 0.1
 
 
 def best_value(
-    structure: Structure,
-    stretches: Sequence[Stretch],
-    p: FloatArray,
-    index: int = -1,
-    asked: tuple[float, FloatArray] | None = None,
+    structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
 ) -> FloatArray | None:
     """Parameters (np,) with an effect's own where the accelerations want them, the others as in ``p``.
 
-    None where there is nothing to look at, or where no value is clearly better than none. ``asked`` is what
-    ``gain_and_value`` says, where it is known already.
+    None where there is nothing to look at, or where no value is clearly better than none.
     """
-    gain, best = asked or gain_and_value(structure, stretches, p, index)
+    gain, best = gain_and_value(structure, stretches, p, index)
     return best if gain > WORTH else None
 
 
