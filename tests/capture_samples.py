@@ -60,7 +60,7 @@ def capturing(*words: object, limit: int | None = None):
 def ended(process: subprocess.Popen[str], by: int | None = signal.SIGINT) -> tuple[str, str]:
     if by is not None:
         process.send_signal(by)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=120)
     assert "Traceback" not in err, err
     return out, err
 
@@ -75,7 +75,7 @@ def read_findings(path: Path) -> list[str]:
     return [f.message for f in contents.findings]
 
 
-def lines_until(process: subprocess.Popen[str], words: str, patience_s: float = 15.0) -> str:
+def lines_until(process: subprocess.Popen[str], words: str, patience_s: float = 60.0) -> str:
     """Stderr up to the line with these words."""
     said, end = "", time.monotonic() + patience_s
     while words not in said:

@@ -16,6 +16,7 @@ from benchmarks.serial_line import block_of, nmea_record
 from ingest import read_log
 from ingest.errors import DataError
 from seatrial.capture.clocks import HostClock
+from seatrial.capture.decoder_process import DecoderProcess
 from seatrial.capture.events import Events
 from seatrial.capture.playback import recorded_ports
 from seatrial.capture.port_reader import PortReader
@@ -100,13 +101,39 @@ def test_decoders_that_die_cost_no_byte(gps, tmp_path):
     out = tmp_path / "d.mcap"
     with capturing("--port", gps.link, "--baud", 115200, "--out", out) as process:
         talking = gps.talk(block_of("nmea", 1 << 14), 4.0)
-        lines_until(process, "speaks NMEA", 20.0)
+        lines_until(process, "speaks NMEA")
         os.kill(children(process.pid)[-1], signal.SIGKILL)
-        lines_until(process, "the bytes of all ports are still kept", 10.0)
+        lines_until(process, "the bytes of all ports are still kept")
         talking.join()
         time.sleep(0.3)
         ended(process)
     assert len(raw_bytes(out)["/raw/gps"]) == gps.sent > 20_000
+
+
+def decoders_of(records: bytes) -> DecoderProcess:
+    """Decoders to which a port's records were given as one batch."""
+    decoders = DecoderProcess((PortSettings("/dev/none", 115_200, name="gps"),))
+    decoders.put([(0, [(0, records)])])
+    return decoders
+
+
+def test_decoders_that_have_little_of_a_busy_machine_are_waited_for():
+    records = block_of("nmea", 1 << 14)
+    decoders = decoders_of(records)
+    os.kill(decoders.pid, signal.SIGSTOP)
+    threading.Timer(1.0, os.kill, (decoders.pid, signal.SIGCONT)).start()
+    decoders.close(60.0)
+    ((index, outcome),) = decoders.take()
+    assert (index, outcome.protocol, decoders.undecoded) == (0, Protocol.nmea, 0)
+
+
+def test_decoders_that_are_stuck_are_not_waited_for_and_what_they_owe_is_counted():
+    records = block_of("nmea", 1 << 14)
+    decoders = decoders_of(records)
+    os.kill(decoders.pid, signal.SIGSTOP)
+    decoders.close(0.5)
+    assert decoders.undecoded == len(records)
+    assert not decoders.take()
 
 
 def test_an_identification_that_dies_costs_no_byte_and_no_record(gps, tmp_path):
@@ -115,9 +142,9 @@ def test_an_identification_that_dies_costs_no_byte_and_no_record(gps, tmp_path):
     words = ("--port", gps.link, "--baud", 115200, "--out", out, "--campaign", campaign)
     with capturing(*words) as process:
         talking = gps.talk(block_of("nmea", 1 << 14), 5.0)
-        lines_until(process, "speaks NMEA", 20.0)
+        lines_until(process, "speaks NMEA")
         os.kill(children(process.pid)[0], signal.SIGKILL)
-        lines_until(process, "the identification has ended unexpectedly", 10.0)
+        lines_until(process, "the identification has ended unexpectedly")
         talking.join()
         time.sleep(0.3)
         summary, _ = ended(process)

@@ -214,12 +214,16 @@ class DecoderProcess:
         return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
 
     def close(self, patience_s: float) -> None:
-        """Let the decoders finish what waits, but not for longer than this."""
+        """Let the decoders finish what waits, for as long as they are never silent for longer than this."""
         with self._wake:
             self._waiting.append(None)
             self._wake.notify()
-        if not self._finished.wait(patience_s):
-            self._process.kill()
+        left = self._bytes_waiting
+        while not self._finished.wait(patience_s):
+            if self._bytes_waiting == left:
+                self._process.kill()
+                break
+            left = self._bytes_waiting
         self._process.join(1.0)
         with self._wake:
             self.undecoded += self._bytes_waiting

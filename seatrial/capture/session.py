@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 TICK_S, STATUS_S = 0.08, 1.0
 #: The same where somebody watches, s.
 LIVE_TICK_S = 0.03
-#: How long the decoders may take for what waits when the capture ends, s.
-PATIENCE_S = 10.0
+#: How long the decoders may be silent over what waits when the capture ends, s: they yield to everybody, and on a busy
+#: machine get little.
+PATIENCE_S = 30.0
 #: How long the identification may take for what waits, and for its last word, s.
 ONLINE_PATIENCE_S = 60.0
 
