@@ -31,7 +31,7 @@ def made():
 def trial_of(made, tables=None, **vessel):
     log = replace(made.log, tables=made.log.tables if tables is None else tables)
     run = LoggedRun("a", log, "identify", manoeuvre="random")
-    return make_trials([run], replace(made.vessel, **vessel), made.inputs, made.sensors)[0]
+    return make_trials([run], replace(made.vessel, **vessel), made.inputs, made.sensors, by_response=False)[0]
 
 
 def errors(trial, truth):

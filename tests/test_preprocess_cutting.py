@@ -40,7 +40,7 @@ def afternoon():
 
 def trials_of(made, role="identify", **declared):
     run = LoggedRun("afternoon.csv", made.log, role, **declared)
-    return make_trials([run], made.vessel, made.inputs, made.sensors)
+    return make_trials([run], made.vessel, made.inputs, made.sensors, by_response=False)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_nothing_is_fitted_to_a_vessel_that_lies_idle(cut):
 
 def test_every_sample_and_every_row_is_in_one_part(cut, afternoon):
     run = LoggedRun("afternoon.csv", afternoon.log, "identify", manoeuvre="random")
-    (whole,) = make_trials([run], afternoon.vessel, afternoon.inputs, afternoon.sensors)
+    (whole,) = make_trials([run], afternoon.vessel, afternoon.inputs, afternoon.sensors, by_response=False)
     np.testing.assert_array_equal(np.concatenate([t.states["t"] for t in cut]), whole.states["t"])
     for name, m in whole.measurements.items():
         np.testing.assert_array_equal(np.concatenate([t.measurements[name].t for t in cut]), m.t)

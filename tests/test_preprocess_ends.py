@@ -55,7 +55,9 @@ def spoilt(made, group, rng):
 
 
 def trial_of(made, log):
-    return make_trials([LoggedRun("a.csv", log, "identify")], made.vessel, made.inputs, made.sensors)[0]
+    return make_trials(
+        [LoggedRun("a.csv", log, "identify")], made.vessel, made.inputs, made.sensors, by_response=False
+    )[0]
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +143,9 @@ def test_the_demo_moves_as_a_vessel_does():
 
     campaign = load_campaign(DEMO)
     sensors = {s.quantity: s for s in campaign.sensors}
-    trials = make_trials(runs_of(campaign, read_logs(campaign)), campaign.vessel, campaign.inputs, sensors)
+    trials = make_trials(
+        runs_of(campaign, read_logs(campaign)), campaign.vessel, campaign.inputs, sensors, by_response=False
+    )
     assert len(trials) == 5
     for trial in trials:
         assert trial.states["v"].abs().max() < 1.5, trial.name

@@ -58,7 +58,9 @@ def made_by(log, smoothing):
     }
     rudder = Input("rudder", "rudder", "act.rudder", unit="rad")
     run = LoggedRun("a", log, "identify", manoeuvre="zigzag")
-    return make_trials([run], Vessel("boat", 1.0, 0.3), [rudder], sensors, smoothing=smoothing)[0]
+    return make_trials(
+        [run], Vessel("boat", 1.0, 0.3), [rudder], sensors, smoothing=smoothing, by_response=False
+    )[0]
 
 
 def fitted(trial, estimator):
@@ -134,7 +136,9 @@ def test_a_velocity_that_goes_round_is_shown_whole():
         heading=Imperfect(20.0, 1e-5, 0.0),
     )
     run = LoggedRun("a", made.log, "identify")
-    trial = make_trials([run], made.vessel, made.inputs, made.sensors, smoothing=Smoothing("eso", 3.0))[0]
+    trial = make_trials(
+        [run], made.vessel, made.inputs, made.sensors, smoothing=Smoothing("eso", 3.0), by_response=False
+    )[0]
     s = trial.states[trial.states["t"] > 40.0]
     speed = np.hypot(s["u"], s["v"]).mean()
     true = np.hypot(made.truth.u, made.truth.v)[made.truth.t > 40.0].mean()

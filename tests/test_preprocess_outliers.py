@@ -59,7 +59,11 @@ def test_recall_and_false_alarms_of_the_default(vessel, manoeuvre):
         }
         made = sampled(truth_of(vessel, manoeuvre, 120.0, seed), seed, **sensors)
         (trial,) = make_trials(
-            [LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors
+            [LoggedRun("a.csv", made.log, "identify")],
+            made.vessel,
+            made.inputs,
+            made.sensors,
+            by_response=False,
         )
         for name in sensors:
             aside, wild = ~trial.measurements[name].good, made.bad[name]
@@ -75,7 +79,9 @@ def test_reasons_are_counted():
         position=Imperfect(5.0, 0.02, outliers=0.05),
         heading=Imperfect(10, 0.01),
     )
-    (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
+    (trial,) = make_trials(
+        [LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors, by_response=False
+    )
     m = trial.measurements["position"]
     assert m.reasons["outlier"] == int((~m.good).sum()) > 0
 

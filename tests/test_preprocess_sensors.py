@@ -24,7 +24,9 @@ PLAIN = {
 
 def trial_of(made, log=None, vessel=None, sensors=None):
     run = LoggedRun("a", log or made.log, "identify")
-    return make_trials([run], vessel or made.vessel, made.inputs, sensors or made.sensors)[0]
+    return make_trials([run], vessel or made.vessel, made.inputs, sensors or made.sensors, by_response=False)[
+        0
+    ]
 
 
 def with_table(made, name, frame, **options):

@@ -105,7 +105,9 @@ SENSORS = {
 def trial_of(vessel="usv", manoeuvre="zigzag", seed=0, antenna=(0.0, 0.0), **sensors):
     truth = truth_of(vessel, manoeuvre, 120.0, seed)
     made = sampled(truth, seed, antenna=antenna, **(sensors or SENSORS))
-    (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
+    (trial,) = make_trials(
+        [LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors, by_response=False
+    )
     return truth, trial
 
 

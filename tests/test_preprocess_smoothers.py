@@ -29,7 +29,9 @@ def made():
 
 def trial_by(made, smoothing):
     run = LoggedRun("a", made.log, "identify")
-    return make_trials([run], made.vessel, made.inputs, made.sensors, smoothing=smoothing)[0]
+    return make_trials([run], made.vessel, made.inputs, made.sensors, smoothing=smoothing, by_response=False)[
+        0
+    ]
 
 
 def said_by(trial):

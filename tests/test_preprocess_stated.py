@@ -30,7 +30,9 @@ def poor_at_times(factor=3.0, column="accuracy", lie=False, seed=0):
         made.log, sources=(source,), tables={**made.log.tables, "position": table.assign(**{column: stated})}
     )
     sensors = {k: v for k, v in made.sensors.items() if k != "position"}
-    (trial,) = make_trials([LoggedRun("a", log, "identify")], made.vessel, made.inputs, sensors)
+    (trial,) = make_trials(
+        [LoggedRun("a", log, "identify")], made.vessel, made.inputs, sensors, by_response=False
+    )
     return trial, truth
 
 
@@ -83,5 +85,7 @@ def test_the_same_word_for_all_samples_is_no_word():
     )
     log = replace(made.log, sources=(source,), tables={**made.log.tables, "position": table})
     sensors = {k: v for k, v in made.sensors.items() if k != "position"}
-    (trial,) = make_trials([LoggedRun("a", log, "identify")], made.vessel, made.inputs, sensors)
+    (trial,) = make_trials(
+        [LoggedRun("a", log, "identify")], made.vessel, made.inputs, sensors, by_response=False
+    )
     assert not [s for s in trial.history if s.action == "stated_accuracy"]

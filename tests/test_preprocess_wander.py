@@ -92,7 +92,7 @@ def wandering(vessel, manoeuvre, level, seed, **more):
         walk[i + 1] = k * walk[i] + level * np.sqrt(1.0 - k * k) * rng.standard_normal(2)
     made.log.tables["position"] += walk
     run = LoggedRun("a", made.log, "identify")
-    return make_trials([run], made.vessel, made.inputs, made.sensors)[0], made.truth
+    return make_trials([run], made.vessel, made.inputs, made.sensors, by_response=False)[0], made.truth
 
 
 @pytest.mark.parametrize(
