@@ -63,6 +63,7 @@ def fit_from_scratch(
     rounds: int = 2,
     apart: bool | None = None,
     fine: bool = True,
+    begun: Fitted | None = None,
 ) -> Fitted:
     """Fit a structure without a start of its own.
 
@@ -84,13 +85,12 @@ def fit_from_scratch(
         Whether it may be begun again with the axes apart; by default where ``p`` is not given.
     fine : bool
         Whether weights count what inputs hide that are logged often.
+    begun : Fitted, optional
+        What ``fit_one_way`` gave, where that was made before.
     """
     values = null_parameters(structure) if p is None else p
     length = window_length(structure.vessel.length) if length is None else length
-    begin = partial(start_by_regression, structure, values, stretches)
-    found = _grown(structure, stretches, begin(), length)
-    if found.problem.length < length:
-        found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
+    found = begun or fit_one_way(structure, stretches, values, length=length)
     axes = p is None if apart is None else apart
     another = _second_way(structure, stretches, values, length, axes)
     calibrate = partial(_calibrated, rounds=rounds, fine=fine)
@@ -101,6 +101,24 @@ def fit_from_scratch(
         third = tried(partial(loosened, structure, stretches, values, length))
         found = found if third is None else _farther(found, calibrate(third))
     return _straight(found, calibrate)
+
+
+def fit_one_way(
+    structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray | None = None, *, length: float
+) -> Fitted:
+    """Fit a structure from a regression through ever longer windows, from no other start and with rough weights."""
+    values = null_parameters(structure) if p is None else p
+    begin = partial(start_by_regression, structure, values, stretches)
+    found = _grown(structure, stretches, begin(), length)
+    if found.problem.length < length:
+        found = _farther(found, _grown(structure, stretches, begin(FIRM), length))
+    return found
+
+
+def finished(found: Fitted, rounds: int, fine: bool) -> Fitted:
+    """A fit with the weights that its errors ask for, found anew so many times; ``fine`` as in ``fit_from_scratch``."""
+    calibrate = partial(_calibrated, rounds=rounds, fine=fine)
+    return _straight(calibrate(found), calibrate)
 
 
 def led(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> Fitted:

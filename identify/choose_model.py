@@ -2,7 +2,8 @@
 
 Everything happens inside the logs to identify on. Every model whose inputs the vessel has is fitted to all of them
 over short windows, in which even a poor model cannot run far; then each part is left out in turn, the parameters are
-fitted again from there, and the part is predicted over long windows.
+fitted again from there, and the part is predicted over long windows. Fits begin in one way; only where none of them
+comes to the sensors' noise are all begun in others too, for then a wrong valley may be why.
 
 Where no model comes near the sensors' noise and there are several logs, it is whole logs that count: each model, and
 one that is richer than windows could tell apart, is fitted free-running, each log left out in turn
@@ -17,17 +18,12 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import LONG, fit_from_scratch, window_length
-from identify.drive import drive
-from identify.fitted import FAR, Fitted
+from identify.base_fit import LONG, finished, fit_from_scratch, fit_one_way, window_length
+from identify.fitted import FAR, NEAR, SLOWLY, Fitted
 from identify.left_out import joined_regularised
 from identify.models import MODEL_BY_NAME, terms_for
-from identify.output_error import solve
-from identify.predict import run, shown, true_first_state
 from identify.prepare import Prepared, prepare
-from identify.stretch import Stretch
-from identify.structure import Structure
-from identify.windows import Problem
+from identify.unseen_parts import squares_left_out
 from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
@@ -44,10 +40,6 @@ RICH = ("taylor_modulus",)
 #: Length of the windows that are fitted, s, where long ones are ``LONG``; less where there would not be so many to
 #: leave out.
 ROUGH, LEAST_WINDOWS = 10.0, 3
-#: At most so many parts are left out in turn.
-MOST_PARTS = 5
-#: An error counts as at most so many spreads: a prediction that ran away is bad, not infinitely so.
-CAP = 3.0
 
 
 @dataclass(frozen=True)
@@ -120,7 +112,8 @@ def considered(trials: Sequence[Trial]) -> Choice:
     used = [t for t in trials if t.role == "identify"]
     if not used:
         raise NotIdentifiable("no log has the role identify.")
-    tried = side_by_side(partial(_tried, used), CONSIDERED)
+    begun = side_by_side(partial(_begun, used), CONSIDERED)
+    tried = side_by_side(partial(_tried, used, any(b.at_the_noise for b in begun)), begun)
     ranked = ranking([t.considered for t in tried])
     if not np.isfinite(ranked[0].error):
         raise NotIdentifiable("none of the models could be fitted to these logs.")
@@ -164,6 +157,23 @@ def missing_inputs(name: str, vessel: Vessel, inputs: tuple[Input, ...]) -> str:
 
 
 @dataclass(frozen=True)
+class _Begun:
+    """A model, why it was not tried, or its rough fit begun in one way: as it came, and ``finished``."""
+
+    name: str
+    note: str = ""
+    one_way: Fitted | None = None
+    finished: Fitted | None = None
+
+    @property
+    def at_the_noise(self) -> bool:
+        """Whether nothing is left of what it was fitted to."""
+        return (
+            self.finished is not None and self.finished.chi2_per_dof < NEAR and self.finished.slow <= SLOWLY
+        )
+
+
+@dataclass(frozen=True)
 class _Tried:
     """A model with its rough fit, where there is one, and what it is worth over windows."""
 
@@ -171,20 +181,30 @@ class _Tried:
     fitted: Fitted | None = None
 
 
-def _tried(trials: Sequence[Trial], name: str) -> _Tried:
+def _begun(trials: Sequence[Trial], name: str) -> _Begun:
     first = trials[0]
     note = missing_inputs(name, first.vessel, first.inputs_declared)
     if note:
-        return _Tried(Considered(name, 0, np.inf, (), note))
+        return _Begun(name, note)
     prepared = prepare(trials, name)
+    one_way = fit_one_way(prepared.structure, prepared.identify, length=_rough(prepared))
+    return _Begun(name, "", one_way, finished(one_way, rounds=0, fine=False))
+
+
+def _tried(trials: Sequence[Trial], enough: bool, begun: _Begun) -> _Tried:
+    """What a model predicts of parts that are left out; unless one way is ``enough``, begun in others too."""
+    if begun.one_way is None or begun.finished is None:
+        return _Tried(Considered(begun.name, 0, np.inf, (), begun.note))
+    prepared, fitted = prepare(trials, begun.name), begun.finished
     terms = len(prepared.structure.setting.terms)
-    fitted = fit_from_scratch(
-        prepared.structure, prepared.identify, length=_rough(prepared), rounds=0, fine=False
-    )
+    if not enough:
+        structure, stretches, length = prepared.structure, prepared.identify, _rough(prepared)
+        fitted = fit_from_scratch(
+            structure, stretches, length=length, rounds=0, fine=False, begun=begun.one_way
+        )
     if not np.isfinite(fitted.solution.cost):
-        return _Tried(Considered(name, terms, np.inf, (), "ran away"))
-    squares = [_left_out(prepared, fitted, part) for part in parts_of(fitted.problem)]
-    return _Tried(_of_squares(name, terms, squares), fitted)
+        return _Tried(Considered(begun.name, terms, np.inf, (), "ran away"))
+    return _Tried(_of_squares(begun.name, terms, squares_left_out(prepared, fitted)), fitted)
 
 
 def _rough(prepared: Prepared) -> float:
@@ -224,67 +244,3 @@ def _untried(trials: Sequence[Trial], name: str) -> Considered:
     note = missing_inputs(name, first.vessel, first.inputs_declared)
     terms = 0 if note else len(prepare(trials, name).structure.setting.terms)
     return Considered(name, terms, np.inf, (), note)
-
-
-def parts_of(problem: Problem) -> list[list[int]]:
-    """Windows by log where there are two logs or more (short ones joined to five parts), else thirds of the one."""
-    names = [problem.stretches[w.stretch].name for w in problem.windows]
-    distinct = list(dict.fromkeys(names))
-    if len(distinct) < 2:
-        return [list(map(int, part)) for part in np.array_split(np.arange(len(names)), 3) if len(part)]
-    group = {n: k % MOST_PARTS for k, n in enumerate(distinct)}
-    return [[k for k, n in enumerate(names) if group[n] == g] for g in range(min(len(distinct), MOST_PARTS))]
-
-
-def _left_out(prepared: Prepared, fitted: Fitted, part: list[int]) -> tuple[float, int]:
-    """Squared error and number of samples of the windows in ``part``, by a fit to the others."""
-    problem, solution = fitted.problem, fitted.solution
-    rest = [k for k in range(len(problem.windows)) if k not in set(part)]
-    fewer = replace(problem, windows=tuple(problem.windows[k] for k in rest))
-    tolerance = 1e-3 * solution.cost
-    again = solve(
-        fewer,
-        solution.structure,
-        solution.p,
-        solution.first[rest],
-        fitted.prior,
-        budget=6,
-        tolerance=tolerance,
-    )
-    spread = np.vstack([s.states[:, 3:6] for s in prepared.identify]).std(axis=0) + 1e-9
-    joined = spans(problem, part, prepared.structure.vessel.length)
-    errors = [_errors(solution.structure, again.p, s, a, n) / spread for s, a, n in joined]
-    stacked = np.vstack(errors)
-    capped = np.clip(np.nan_to_num(stacked, nan=CAP), -CAP, CAP)
-    return float(np.sum(capped**2) / 3.0), len(capped)
-
-
-def spans(problem: Problem, part: list[int], length: float) -> list[tuple[Stretch, int, int]]:
-    """Neighbouring windows joined to spans of about the length of a long window: stretch, first step, steps.
-
-    ``length`` is the vessel's.
-    """
-    joined: list[list[int]] = []
-    for k in part:
-        w = problem.windows[k]
-        stretch = problem.stretches[w.stretch]
-        longest = window_length(length) / stretch.h
-        last = joined[-1] if joined else None
-        if (
-            last
-            and last[0] == w.stretch
-            and last[1] + last[2] == w.first
-            and last[2] + w.steps <= 1.2 * longest
-        ):
-            last[2] += w.steps
-        else:
-            joined.append([w.stretch, w.first, w.steps])
-    return [(problem.stretches[s], first, steps) for s, first, steps in joined]
-
-
-def _errors(structure: Structure, p: FloatArray, stretch: Stretch, first: int, steps: int) -> FloatArray:
-    """Prediction less smoothed u, v, r (steps + 1, 3) over a span, from its first smoothed state."""
-    d = drive(structure, p, stretch)
-    start = true_first_state(structure, d, stretch, first)
-    predicted = shown(structure, d, stretch, run(structure, d, stretch, start, first, steps))
-    return np.asarray(predicted[:, 3:6] - stretch.states[first : first + steps + 1, 3:6], dtype=float)

@@ -15,17 +15,17 @@ from identify.choice_words import choice_in_words
 from identify.choose_model import (
     CONSIDERED,
     Considered,
-    _tried,
+    _begun,
     choose_model,
     missing_inputs,
     simplest,
-    spans,
 )
 from identify.forces import channel_names, shares, together
 from identify.models import MODEL_BY_NAME, MODELS, terms_for
 from identify.regression import factor_values
 from identify.structure import structure_for
 from identify.term import FACTORS, MOST_FACTORS, Term, factors_of, unit_of
+from identify.unseen_parts import spans
 from preprocess.vessel import Input, Vessel
 
 BOAT = Vessel("boat", 1.2, 0.5)
@@ -233,9 +233,9 @@ def test_auto_considers_only_models_whose_inputs_exist():
 def test_auto_fits_and_predicts_over_longer_windows_where_a_ship_answers_slowly(metres, seconds):
     _, made = trials_of("usv", ("zigzag", "random"), 240.0, 5, validate=0)
     ships = [replace(t, vessel=replace(t.vessel, length=metres)) for t in made]
-    tried = _tried(ships, "linear")
-    assert tried.fitted.problem.length == seconds
-    longest = max(s.h * n for s, _, n in spans(tried.fitted.problem, [0, 1, 2, 3, 4, 5], metres))
+    fitted = _begun(ships, "linear").finished
+    assert fitted.problem.length == seconds
+    longest = max(s.h * n for s, _, n in spans(fitted.problem, [0, 1, 2, 3, 4, 5], metres))
     assert longest == pytest.approx(3.0 * seconds, rel=0.25)
 
 
