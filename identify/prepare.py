@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.merged import merged
 from identify.models import MODEL_BY_NAME
+from identify.on_change import changes, with_changes_known
 from identify.reference_speed import with_speed_from_motion
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
@@ -168,8 +169,10 @@ def _with_position(trial: Trial, **told: float) -> Trial:
 def with_common_inputs(trials: Sequence[Trial], held: bool) -> list[Trial]:
     """An input that holds its values between changes in one log does so in all; an output in PWM always does.
 
-    So it is with the step to which its values were rounded: one log alone may show too few of its levels.
+    So it is with the step to which its values were rounded: one log alone may show too few of its levels. Where changes
+    are what is logged, what an input was before each is known.
     """
+    trials = with_changes_known(trials)
     holds = {
         i.name: held or bool(i.pwm) or any(t.inputs[i.name].held for t in trials)
         for i in trials[0].inputs_declared
@@ -255,9 +258,10 @@ def _input_lead(trials: Sequence[Trial]) -> tuple[float, float] | None:
     Or with stamps that only the order of the records tells.
 
     A command that holds has changed some time in the interval before it is seen: the mean is that of such inputs. Of a
-    signal that varies all the time it is only unknown how it went between two samples.
+    signal that varies all the time it is only unknown how it went between two samples; what never changes says nothing.
     """
-    every = [m for t in trials for m in t.inputs.values()]
+    names = [n for n in trials[0].inputs if changes([t.inputs[n] for t in trials])]
+    every = [t.inputs[n] for t in trials for n in names]
     longest = max((m.sample_time for m in every), default=0.0)
     holding = max((m.sample_time for m in every if m.held), default=0.0)
     unsure = max((m.unsure for t in trials for m in t.inputs.values()), default=0.0)

@@ -18,14 +18,14 @@ from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.prepare import prepare
 from validate import waves as searched
-from validate.error_spectra import spectra_of
+from validate.error_spectra import TAPERS, spectra_of
 from validate.pace import Pace
 from validate.peaks import around_of, core_of
 from validate.refits import under
 from validate.rounds import rounds
 from validate.swell import needs_waves, with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import _material, _may_be_half, as_effect, fastest, find_waves
+from validate.waves import _grows_with, _material, _may_be_half, as_effect, fastest, find_waves
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -117,6 +117,21 @@ def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it(
     waves = find_waves(fit)
     assert waves is not None
     assert waves.seen.frequency == pytest.approx(1.5, rel=0.03)
+
+
+def test_what_is_louder_the_more_the_vessel_does_is_no_sea():
+    """A tank that is half full swings by itself, without the phase of anything that was done."""
+    waves = Effect("waves", {"frequency": 2.2, "u": 0.1, "v": 0.15, "r": 0.06})
+    spectra = spectra_of(fitted("usv", (waves,), 7))
+    spectra = replace(spectra, rate=np.tile(spectra.rate, (4, 1, 1)), done=np.tile(spectra.done, (4, 1, 1)))
+    place = int(np.argmin(np.abs(spectra.omega - 2.2)))
+    core = core_of(spectra, spectra.omega[place])
+    assert not any(_grows_with(spectra, place, c) for c in range(3))
+    done = np.mean(np.abs(spectra.done[:, core]) ** 2, axis=1)
+    busy = np.repeat(np.mean(done / done.mean(axis=0), axis=1).reshape(-1, TAPERS).mean(axis=1), TAPERS)
+    rate = spectra.rate.copy()
+    rate[:, core] *= busy[:, None, None] ** 2
+    assert all(_grows_with(replace(spectra, rate=rate), place, c) for c in range(3))
 
 
 def test_nothing_is_made_of_a_band_where_a_model_misses_more_than_the_motion():

@@ -179,6 +179,8 @@ def _standing_still(fitted: Fitted, flow: IntArray) -> Fitted:
 
 def _wald(covariance: FloatArray, where: IntArray, off: FloatArray) -> float:
     """Square of a departure in units of its errors; directions that nothing tells count for nothing."""
+    told = np.diag(covariance)[where] > 1e-200
+    where, off = where[told], off[told]
     mine = covariance[np.ix_(where, where)]
-    scale = np.sqrt(np.maximum(np.diag(mine), 1e-300))
+    scale = np.sqrt(np.diag(mine))
     return float(off / scale @ np.linalg.pinv(mine / scale / scale[:, None], rcond=1e-12) @ (off / scale))

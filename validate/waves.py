@@ -40,6 +40,9 @@ SHARP = 0.03
 COHERENT, COHERENT_AT_LINE = 0.01, 0.1
 #: Half of a peak may be what the vessel did, unless chance would show so little of it in fewer than this share.
 NOT_EXCLUDED = 0.05
+#: Waves do not ask what the vessel does: a peak that grows with it by more than chance would have it in this share of
+#: campaigns, and by this factor in power from the quietest third of the windows to the busiest, is none.
+GROWS_BY_CHANCE, GROWS = 0.01, 3.0
 #: Windows where the vessel turns faster than this share of a wave's frequency cannot tell it from a sensor's wander.
 SLOW_TURN = 0.45
 #: m/s².
@@ -100,6 +103,7 @@ def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> S
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = measured(fitted, spectra, place, float(chance[place, channel]))
         stands = _stands(spectra, place, channel, tried, least) and not _goes_with(spectra, place, channel)
+        stands = stands and not _grows_with(spectra, place, channel)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
         chance[core_of(spectra, spectra.omega[place])] = 1.0
@@ -222,6 +226,23 @@ def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
     if least < COHERENT:
         return True
     return bool(least < COHERENT_AT_LINE and _has_line(spectra, place) and _may_be_half(most, n))
+
+
+def _grows_with(spectra: Spectra, place: int, channel: int) -> bool:
+    """Whether a peak is the higher the more the vessel did in its band, whatever the phase.
+
+    What swings by itself on board (a tank that is half full) answers every manoeuvre, and bends what it answers.
+    """
+    core = core_of(spectra, spectra.omega[place])
+    power = by_window(np.abs(spectra.rate[:, core, channel]) ** 2).mean(axis=1)
+    done = by_window(np.abs(spectra.done[:, core]) ** 2).mean(axis=1)
+    busy = np.mean(done / np.maximum(done.mean(axis=0), 1e-300), axis=1)
+    if not np.ptp(busy) > 0.0 or not np.ptp(power) > 0.0:
+        return False
+    order, third = np.argsort(busy), max(len(busy) // 3, 1)
+    by = power[order[-third:]].mean() / max(power[order[:third]].mean(), 1e-300)
+    chance = stats.spearmanr(busy, power, alternative="greater").pvalue
+    return bool(by > GROWS and chance < GROWS_BY_CHANCE)
 
 
 def _may_be_half(coherence: float, n: int) -> bool:

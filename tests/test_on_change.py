@@ -1,0 +1,93 @@
+"""Inputs that a logger enters when they change say more than those that it samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from identification_samples import trials_of
+
+from identify.on_change import changes, known_between, with_changes_known
+from identify.prepare import prepare
+from preprocess.columns import sampled
+from preprocess.trial import Measurement
+
+TICK, HEARTBEAT = 0.2, 1.0
+
+
+def orders(seed=1, seconds=200.0, slew=6):
+    """Orders at every tick of a controller that takes some ticks to go from one to the next."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, TICK)
+    lasting = rng.integers(20, 70, len(t) // 20)
+    value = np.repeat(rng.uniform(-0.5, 0.5, len(lasting)), lasting)[: len(t)]
+    return t, np.convolve(np.pad(value, (slew, 0), "edge"), np.ones(slew + 1) / (slew + 1), "valid").round(4)
+
+
+def entered(t, value, name="rudder", held=False):
+    """What a logger enters of them: every change, and once a second besides."""
+    new = np.append(True, np.diff(value) != 0.0)
+    last, kept = -np.inf, []
+    for k, (time, fresh) in enumerate(zip(t, new, strict=True)):
+        if fresh or time - last > HEARTBEAT - 1e-9:
+            kept.append(k)
+            last = time
+    step = float(np.median(np.diff(t[kept])))
+    return Measurement(name, t[kept], value[kept], 0.0, np.ones(len(kept), bool), sample_time=step, held=held)
+
+
+def test_what_is_entered_at_changes_is_known_until_a_tick_before_each():
+    t, value = orders()
+    logged = entered(t, value)
+    assert logged.sample_time == pytest.approx(HEARTBEAT)
+    (known,) = known_between([logged])
+    assert known.sample_time == pytest.approx(TICK)
+    there = t <= logged.t[-1]
+    np.testing.assert_allclose(sampled(replace(known, held=False), t[there]), value[there], atol=1e-12)
+    off = np.abs(sampled(replace(logged, held=False), t[there]) - value[there])
+    assert off.max() > 0.05, "straight lines between entries are not what was ordered"
+
+
+def test_steps_are_told_from_slewing():
+    assert known_between([entered(*orders(slew=0))])[0].held
+    assert not known_between([entered(*orders(slew=12))])[0].held
+
+
+def test_a_log_with_few_changes_is_read_as_the_others_are():
+    t, value = orders()
+    still = entered(t, np.full(len(t), 0.1))
+    assert known_between([still]) == [still]
+    _, known = known_between([entered(t, value), still])
+    assert known.sample_time == pytest.approx(TICK)
+    assert not changes([known])
+
+
+@given(st.integers(0, 10_000), st.floats(0.05, 2.0), st.floats(0.0, 0.4))
+def test_what_is_sampled_sampled_of_its_own_is_left_as_it_is(seed, step, jitter):
+    rng = np.random.default_rng(seed)
+    t, value = orders(seed % 7)
+    at = np.cumsum(step * (1.0 + jitter * rng.uniform(-1.0, 1.0, int(200.0 / step))))
+    at = at[at < t[-1]]
+    regular = Measurement(
+        "rudder", at, value[np.searchsorted(t, at) - 1], 0.0, np.ones(len(at), bool), sample_time=step
+    )
+    assert known_between([regular])[0] is regular
+
+
+def test_a_lead_is_looked_for_within_a_tick_where_changes_are_logged():
+    """An input that never changes is entered once a second, which says nothing of the other's changes."""
+    _, trials = trials_of("usv", ("zigzag", "random"), 60.0, 5, validate=0)
+    rare = []
+    for trial in trials:
+        rudder = trial.inputs["rudder"]
+        seldom = replace(
+            rudder, t=rudder.t[::10], value=rudder.value[::10], good=rudder.good[::10], sample_time=1.0
+        )
+        still = replace(seldom, name="propeller", value=np.full(len(seldom.t), 10.0), held=True)
+        rare.append(replace(trial, inputs={"rudder": entered(rudder.t, rudder.value), "propeller": still}))
+    _, spread = prepare(rare, "modulus").structure.input_lead
+    assert spread < 0.1
+    assert all(t.inputs["rudder"].sample_time < 0.3 for t in with_changes_known(rare))
