@@ -1,7 +1,8 @@
-"""Inputs that are entered in their log when they change, and now and then besides.
+"""Inputs that are entered in their log when they change, and perhaps now and then besides.
 
 Such a log says more than one that is written at fixed times: up to its change an input had the value before. Its
-entries come sooner after the last one where the value is new than where it is the same.
+entries come sooner after the last one where the value is new than where it is the same; or all are new and seldom, at
+uneven intervals or of a few values that never come twice in a row.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from preprocess.commands import holds
+from preprocess.commands import SELDOM, holds
 from preprocess.trial import Measurement, Trial
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -25,20 +26,30 @@ LEAST = 5
 SOONER, BY_CHANCE = 0.8, 1e-3
 #: New values come no sooner after one another than this quantile of what is before them.
 SOONEST = 0.05
+#: Where no value is entered again and that is seldom, intervals are uneven if one in ten is so many times as long as
+#: another; then changes are entered within this time, s.
+UNEVEN, AT_ONCE = 2.0, 0.1
 #: An interval that is longer than so many of the shortest is a pause, at whose end the value changed.
 PAUSE = 1.5
 
 
 def with_changes_known(trials: Sequence[Trial]) -> list[Trial]:
-    """The trials with inputs that are entered at their changes known until shortly before each."""
-    names = [i.name for i in trials[0].inputs_declared]
-    known = {n: known_between([t.inputs[n] for t in trials]) for n in names}
-    return [replace(t, inputs={**t.inputs, **{n: known[n][k] for n in names}}) for k, t in enumerate(trials)]
+    """The trials with inputs that are entered at their changes known until shortly before each.
+
+    What is never entered twice, and seldom, is logged as the others are if any of them is so.
+    """
+    logs = {i.name: [t.inputs[i.name] for t in trials] for i in trials[0].inputs_declared}
+    ticks = {name: _shortest(some) for name, some in logs.items()}
+    if any(ticks.values()):
+        ticks |= {n: AT_ONCE for n, some in logs.items() if ticks[n] is None and _never_twice(some)}
+    known = {n: known_between(some, ticks[n]) for n, some in logs.items()}
+    return [
+        replace(t, inputs={**t.inputs, **{n: m[k] for n, m in known.items()}}) for k, t in enumerate(trials)
+    ]
 
 
-def known_between(logs: Sequence[Measurement]) -> list[Measurement]:
-    """One input in several logs; where it is entered at its changes, with its value until shortly before each."""
-    tick = _shortest(logs)
+def known_between(logs: Sequence[Measurement], tick: float | None) -> list[Measurement]:
+    """One input in several logs, with its value until a ``tick``, s, before each change; None: as it is."""
     return list(logs) if tick is None else _held_together([_until_change(m, tick) for m in logs])
 
 
@@ -52,10 +63,32 @@ def _shortest(logs: Sequence[Measurement]) -> float | None:
     """Shortest interval, s, between two changes of an input that is entered at these; None where it is not."""
     apart, new = (np.concatenate(x) for x in zip(*map(_entries, logs), strict=True))
     fresh, again = apart[new], apart[~new]
+    if _never_twice(logs):
+        ordered = len(fresh) >= LEAST and (_uneven(fresh) or _on_purpose(logs))
+        return AT_ONCE if ordered else None
     if min(len(fresh), len(again)) < LEAST or not np.median(fresh) < SOONER * np.median(again):
         return None
     chance = stats.mannwhitneyu(fresh, again, alternative="less").pvalue
     return max(float(np.quantile(fresh, SOONEST)), 1e-3) if chance < BY_CHANCE else None
+
+
+def _never_twice(logs: Sequence[Measurement]) -> bool:
+    """Whether an input is entered seldom, and never with the value that it had."""
+    apart, new = (np.concatenate(x) for x in zip(*map(_entries, logs), strict=True))
+    return bool(new.all() and (not len(apart) or np.median(apart) > SELDOM))
+
+
+def _uneven(apart: FloatArray) -> bool:
+    """Whether intervals are so uneven that no logger samples like that."""
+    short, long = np.quantile(apart, (0.1, 0.9))
+    return bool(long > UNEVEN * short)
+
+
+def _on_purpose(logs: Sequence[Measurement]) -> bool:
+    """Whether values that come again and again would by chance have come twice in a row."""
+    values = np.concatenate([m.value[m.good] for m in logs])
+    share = np.unique(values, return_counts=True)[1] / len(values)
+    return bool((1.0 - np.sum(share**2)) ** (len(values) - len(logs)) < BY_CHANCE)
 
 
 def _entries(m: Measurement) -> tuple[FloatArray, BoolArray]:

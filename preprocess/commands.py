@@ -12,6 +12,8 @@ from preprocess.trial import BoolArray, FloatArray, Measurement
 #: A spike stands out by this share of the input's range at least, and by this multiple of its noise.
 SPIKE_SHARE = 0.05
 SPIKE_SIGMAS = 6.0
+#: Of samples that come more seconds apart a single one is no spike: it may be an order, entered as it was given.
+SELDOM = 1.5
 #: Kinds of input whose logged values are feedback where they do not hold.
 MEASURED = ("rudder", "propeller", "azimuth")
 
@@ -33,7 +35,7 @@ def judge_input(raw: Raw) -> Measurement:
     step = float(np.median(np.diff(raw.t))) if len(raw.t) > 1 else 0.0
     held = holds(raw.value)
     sigma = 0.0 if held else feedback_noise(raw.value)
-    measured = raw.source.quantity in MEASURED and not held
+    measured = raw.source.quantity in MEASURED and not held and step <= SELDOM
     spike = spikes(raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
     reasons = {k: int(n) for k, n in (("flagged", raw.flagged.sum()), ("spike", spike.sum())) if n}
     good = ~(raw.flagged | spike)

@@ -5,15 +5,23 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from identification_samples import trials_of
 
-from identify.on_change import changes, known_between, with_changes_known
+from fixtures.campaign import DEFAULT_SUITE, FORMATS, record_campaign, write_campaign
+from fixtures.effects import World
+from fixtures.vessels import make_vessel
+from identify.on_change import _shortest, changes, with_changes_known
+from identify.on_change import known_between as known_by
 from identify.prepare import prepare
 from preprocess.columns import sampled
 from preprocess.trial import Measurement
+from seatrial.campaign import load_campaign
+from seatrial.pipeline import run
+from validate.diagnosis import Verdict
 
 TICK, HEARTBEAT = 0.2, 1.0
 
@@ -39,6 +47,10 @@ def entered(t, value, name="rudder", held=False):
     return Measurement(name, t[kept], value[kept], 0.0, np.ones(len(kept), bool), sample_time=step, held=held)
 
 
+def known_between(logs):
+    return known_by(logs, _shortest(logs))
+
+
 def test_what_is_entered_at_changes_is_known_until_a_tick_before_each():
     t, value = orders()
     logged = entered(t, value)
@@ -56,6 +68,59 @@ def test_steps_are_told_from_slewing():
     assert not known_between([entered(*orders(slew=12))])[0].held
 
 
+def test_where_nothing_but_changes_is_entered_the_value_holds_until_the_next():
+    """No heartbeat: what looks like a few samples an hour are steps, and no straight lines between them."""
+    t, value = orders(slew=0)
+    whole = entered(t, value)
+    new = np.append(True, np.diff(whole.value) != 0.0)
+    bare = replace(whole, t=whole.t[new], value=whole.value[new], good=whole.good[new], sample_time=9.0)
+    (known,) = known_between([bare])
+    assert known.held
+    assert known.sample_time <= 0.1
+    there = t <= bare.t[-1]
+    np.testing.assert_allclose(sampled(replace(known, held=False), t[there]), value[there], atol=1e-12)
+
+
+def seldom(value, every=4.5):
+    """Entries that come at even times."""
+    t = every * np.arange(len(value))
+    return Measurement("rudder", t, np.array(value), 0.0, np.ones(len(t), bool), sample_time=every)
+
+
+def test_even_intervals_are_orders_where_a_few_values_never_come_twice_in_a_row():
+    helm, rng = np.tile([0.35, -0.35, 0.0, -0.35], 8), np.random.default_rng(3)
+    assert known_between([seldom(helm)])[0].held
+    for drawn in (rng.permutation(helm), rng.normal(0.0, 0.3, 32)):
+        assert known_between([seldom(drawn)])[0].sample_time == 4.5, "sampled, whatever was ordered between"
+
+
+def without_repeats(path, columns):
+    """Leave in a table only those entries of some columns that change their value."""
+    table = pd.read_csv(path)
+    for column in columns:
+        table.loc[table[column] == table[column].ffill().shift(), column] = np.nan
+    table.to_csv(path, index=False)
+
+
+@pytest.mark.slow
+def test_a_campaign_whose_orders_are_logged_when_they_are_given_lacks_nothing(tmp_path):
+    ship = make_vessel("usv")
+    runs = record_campaign(
+        ship,
+        World(()),
+        FORMATS["csv"].suite(DEFAULT_SUITE),
+        ("zigzag", "random", "zigzag"),
+        duration=60,
+        seed=3,
+    )
+    path = write_campaign(tmp_path, ship, runs, "csv")
+    for log in tmp_path.glob("*.csv"):
+        without_repeats(log, ship.names)
+    found = run(load_campaign(path))
+    assert found.diagnosis.verdict is Verdict.ADEQUATE
+    assert found.validation_after.channels["r"].r2 > 0.95
+
+
 def test_a_log_with_few_changes_is_read_as_the_others_are():
     t, value = orders()
     still = entered(t, np.full(len(t), 0.1))
@@ -66,7 +131,7 @@ def test_a_log_with_few_changes_is_read_as_the_others_are():
 
 
 @given(st.integers(0, 10_000), st.floats(0.05, 2.0), st.floats(0.0, 0.4))
-def test_what_is_sampled_sampled_of_its_own_is_left_as_it_is(seed, step, jitter):
+def test_what_is_sampled_at_times_of_its_own_is_left_as_it_is(seed, step, jitter):
     rng = np.random.default_rng(seed)
     t, value = orders(seed % 7)
     at = np.cumsum(step * (1.0 + jitter * rng.uniform(-1.0, 1.0, int(200.0 / step))))
