@@ -36,12 +36,13 @@ PAUSE = 1.5
 def with_changes_known(trials: Sequence[Trial]) -> list[Trial]:
     """The trials with inputs that are entered at their changes known until shortly before each.
 
-    What is never entered twice, and seldom, is logged as the others are if any of them is so.
+    What is never entered twice, and seldom, or hardly ever changes is logged as the others are if any of them is so.
     """
     logs = {i.name: [t.inputs[i.name] for t in trials] for i in trials[0].inputs_declared}
     ticks = {name: _shortest(some) for name, some in logs.items()}
-    if any(ticks.values()):
-        ticks |= {n: AT_ONCE for n, some in logs.items() if ticks[n] is None and _never_twice(some)}
+    if some_tick := min(filter(None, ticks.values()), default=None):
+        unsure = [n for n, some in logs.items() if ticks[n] is None and (_never_twice(some) or _few(some))]
+        ticks |= {n: min(some_tick, *(m.sample_time or some_tick for m in logs[n])) for n in unsure}
     known = {n: known_between(some, ticks[n]) for n, some in logs.items()}
     return [
         replace(t, inputs={**t.inputs, **{n: m[k] for n, m in known.items()}}) for k, t in enumerate(trials)
@@ -76,6 +77,11 @@ def _never_twice(logs: Sequence[Measurement]) -> bool:
     """Whether an input is entered seldom, and never with the value that it had."""
     apart, new = (np.concatenate(x) for x in zip(*map(_entries, logs), strict=True))
     return bool(new.all() and (not len(apart) or np.median(apart) > SELDOM))
+
+
+def _few(logs: Sequence[Measurement]) -> bool:
+    """Whether there are too few changes to tell anything by."""
+    return sum(int(new.sum()) for _, new in map(_entries, logs)) < LEAST
 
 
 def _uneven(apart: FloatArray) -> bool:
