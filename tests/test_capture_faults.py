@@ -23,6 +23,7 @@ from seatrial.capture.port_reader import PortReader
 from seatrial.capture.recovery import recover
 from seatrial.capture.session import Session
 from seatrial.capture.settings import CaptureSettings, PortSettings, Protocol
+from seatrial.cli.capture_lines import Halt
 
 SECOND = 1_000_000_000
 CAMPAIGN = """[vessel]
@@ -115,6 +116,23 @@ def decoders_of(records: bytes) -> DecoderProcess:
     decoders = DecoderProcess((PortSettings("/dev/none", 115_200, name="gps"),))
     decoders.put([(0, [(0, records)])])
     return decoders
+
+
+def test_a_signal_in_the_midst_of_a_wait_ends_it():
+    """The handler runs in the thread that waits, which may hold the event's own lock at that moment."""
+    halt, seen = Halt(), []
+    with halt._cond:
+        halt.set()
+    assert halt.is_set()
+    assert halt.wait(0.0) and halt.wait() and halt.is_set()
+    other = Halt()
+    before = signal.signal(signal.SIGALRM, lambda *_: (seen.append(True), other.set()))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        assert other.wait(60.0) and seen
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert not Halt().wait(0.01)
 
 
 def test_decoders_that_have_little_of_a_busy_machine_are_waited_for():
