@@ -62,7 +62,7 @@ def changes(logs: Sequence[Measurement]) -> bool:
 
 def _shortest(logs: Sequence[Measurement]) -> float | None:
     """Shortest interval, s, between two changes of an input that is entered at these; None where it is not."""
-    apart, new = (np.concatenate(x) for x in zip(*map(_entries, logs), strict=True))
+    apart, new = _entries(logs)
     fresh, again = apart[new], apart[~new]
     if _never_twice(logs):
         ordered = len(fresh) >= LEAST and (_uneven(fresh) or _on_purpose(logs))
@@ -75,13 +75,13 @@ def _shortest(logs: Sequence[Measurement]) -> float | None:
 
 def _never_twice(logs: Sequence[Measurement]) -> bool:
     """Whether an input is entered seldom, and never with the value that it had."""
-    apart, new = (np.concatenate(x) for x in zip(*map(_entries, logs), strict=True))
+    apart, new = _entries(logs)
     return bool(new.all() and (not len(apart) or np.median(apart) > SELDOM))
 
 
 def _few(logs: Sequence[Measurement]) -> bool:
     """Whether there are too few changes to tell anything by."""
-    return sum(int(new.sum()) for _, new in map(_entries, logs)) < LEAST
+    return int(_entries(logs)[1].sum()) < LEAST
 
 
 def _uneven(apart: FloatArray) -> bool:
@@ -97,9 +97,10 @@ def _on_purpose(logs: Sequence[Measurement]) -> bool:
     return bool((1.0 - np.sum(share**2)) ** (len(values) - len(logs)) < BY_CHANCE)
 
 
-def _entries(m: Measurement) -> tuple[FloatArray, BoolArray]:
-    """How long after the last entry each one came, s, and whether its value is new."""
-    return np.diff(m.t[m.good]), np.diff(m.value[m.good]) != 0.0
+def _entries(logs: Sequence[Measurement]) -> tuple[FloatArray, BoolArray]:
+    """How long after the last entry of its log each one came, s, and whether its value is new."""
+    apart = np.concatenate([np.diff(m.t[m.good]) for m in logs])
+    return apart, np.concatenate([np.diff(m.value[m.good]) != 0.0 for m in logs])
 
 
 def _until_change(m: Measurement, tick: float) -> Measurement:

@@ -17,7 +17,7 @@ from identify.structure import null_parameters
 from validate.candidates import candidates
 from validate.look_alikes import Standing, dropped
 from validate.loop import Outcome
-from validate.sure import evidence, surely
+from validate.sure import _wald, evidence, surely
 
 
 def with_in(effects, *taken):
@@ -101,3 +101,9 @@ def test_a_wind_is_sure_whose_speed_alone_is_not():
     said = evidence(fitted, dropped(fitted, 0), covariance, 0)
     assert wald < 30.0
     assert said > 300.0
+
+
+def test_a_direction_that_nothing_tells_counts_for_nothing_however_far_it_is_off():
+    covariance, off = np.diag([1e-310, 4.0]), np.array([1e200, 2.0])
+    assert _wald(covariance, np.array([0, 1]), off) == pytest.approx(1.0)
+    assert _wald(covariance, np.array([0]), off[:1]) == 0.0
