@@ -21,7 +21,16 @@ SCRIPT = Path(sys.executable).parent / "seatrial"
 
 
 class Device(SerialLine):
-    """A device that a thread keeps talking."""
+    """A device that a thread keeps talking, and that knows what the line took: a late reader makes it refuse some."""
+
+    def __post_init__(self) -> None:
+        self.taken = bytearray()
+        super().__post_init__()
+
+    def write(self, data: bytes) -> int:
+        done = super().write(data)
+        self.taken += data[:done]
+        return done
 
     def talk(self, block: bytes, seconds: float, baud: int = 115_200) -> threading.Thread:
         def go() -> None:
