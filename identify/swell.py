@@ -8,6 +8,7 @@ sec. 10.2), and pushes that last leave a slow part beside it. Both are states of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -64,6 +65,8 @@ class Sighting:
         that lies in the peak.
     together : ndarray
         Coherence (3, 3) of u, v, r in the band, complex.
+    cycles : float
+        Of the waves, in a window that they were seen in.
     """
 
     frequency: float
@@ -74,6 +77,7 @@ class Sighting:
     p_value: float
     share: Mapping[str, float]
     together: ComplexArray = field(compare=False)
+    cycles: float = math.inf
 
 
 @dataclass(frozen=True)

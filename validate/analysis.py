@@ -29,12 +29,11 @@ from validate.pace import Pace
 from validate.rounds import NEARER
 from validate.scores import predictions, validation
 from validate.sure import surely
-from validate.swell import in_swell, needs_waves, with_waves_known, without_waves
+from validate.swell import in_swell, needs_waves, seen_waves, with_waves_known, without_waves
 from validate.tables import actuator_tables, prediction_tables
 from validate.told_logs import told_of_the_odd_logs
 from validate.unseen import speak_against
 from validate.verdict import diagnose
-from validate.waves import waves_of
 
 Progress = Callable[[str, str, float], None]
 
@@ -102,7 +101,7 @@ def analyse(
         declared = _nearest_bare(declared, outcome) if windowed else declared
         after = _after(prepared, declared, outcome, far)
     near = _nearest(after, outcome)
-    waves = waves_of(near) if loop else None
+    waves = seen_waves(near) if loop else None
     waves = waves if waves and needs_waves(near) else None
     if waves is None:
         declared, after, outcome = _without_waves(declared, after, outcome)

@@ -53,7 +53,7 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
 
     What an input has in one form (a dead band) it does not have in another besides.
     """
-    taken = {a.label for a in structure.actives}
+    taken = {_plainly_read(a).label for a in structure.actives}
     had = {(a.effect.name, a.variant.input) for a in structure.actives if a.variant.input}
     return [
         active
@@ -63,6 +63,20 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
         if (active := Active(effect, variant)).label not in taken and (effect.name, variant.input) not in had
         if _moves(structure, active)
     ]
+
+
+def _plainly_read(active: Active) -> Active:
+    """The same cause in the first of its forms."""
+    if active.effect.forms is None:
+        return active
+    options = {k: v for k, v in active.variant.options.items() if k != "form"}
+    return replace(active, variant=replace(active.variant, options=options))
+
+
+def readings(active: Active) -> list[Active]:
+    """A cause in each of its forms, itself first."""
+    others = active.effect.forms(active.variant) if active.effect.forms else []
+    return [active, *(replace(active, variant=variant) for variant in others)]
 
 
 def _moves(structure: Structure, active: Active) -> bool:
@@ -87,9 +101,9 @@ def prior_of(structure: Structure, p: FloatArray, fitted: Fitted) -> Prior:
 
 
 def screen(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
-    """First-order gain of each candidate from the fit of the structure without it, best first."""
+    """First-order gain of each candidate from the fit of the structure without it, in its best form; best first."""
     easy = [a for a in actives if smooth(a)]
-    found = _screen_at_null(fitted, easy) if easy else []
+    found = _in_best_forms(fitted, easy) if easy else []
     found += from_starts(fitted, [a for a in actives if not smooth(a)])
     return sorted(found, key=lambda x: -x.gain)
 
@@ -143,6 +157,21 @@ def normal(fitted: Fitted, wide: Structure, p: FloatArray) -> tuple[FloatArray, 
     information = reduced.information.sum(axis=0) + np.diag(weight)
     score = reduced.score.sum(axis=0) - weight * (p - prior.mean)
     return information, score, float(reduced.cost.sum() + np.sum(weight * (p - prior.mean) ** 2))
+
+
+def _in_best_forms(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    """Each candidate in the form that promises most (by Akaike 1974); of those that promise the same in the first.
+
+    A load that lets Coriolis terms be may promise nothing where it is all, for one that scales them as well.
+    """
+    read = [readings(a) for a in actives]
+    found = iter(_screen_at_null(fitted, [reading for forms in read for reading in forms]))
+    return [max([next(found) for _ in forms], key=_promise) for forms in read]
+
+
+def _promise(screened: Screened) -> float:
+    """Gain less what the parameters cost, to what can be told apart."""
+    return round(screened.gain - 2.0 * len(screened.p), 3)
 
 
 def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:

@@ -125,7 +125,15 @@ def judge(
     near = [(s, under(weights, f)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
     judged = [_judged(base_there, s, f, tried, known) for s, f in near]
-    return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else -j.evidence)
+    return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
+
+
+def _unlikely(judged: Judged) -> tuple[bool, float]:
+    """Order of what is left to take: of all that chance does not give the likeliest first (Akaike 1974).
+
+    Whether a gain is chance is said by its own scatter; which of two that are none is the cause, by the likelihood.
+    """
+    return judged.evidence <= 0.0, 2.0 * judged.parameters - judged.gain
 
 
 def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> list[tuple[Screened, Fitted]]:

@@ -182,6 +182,19 @@ def _searched(
     fine = pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = pruned(plain, pace), None
+    return _exchanged(fine, turns, wiring, pace, barred)
+
+
+def searched_on(outcome: Outcome, barred: Names, pace: Pace) -> Outcome:
+    """The search gone on with from a fit that something was taken back from, without effects that are ``barred``."""
+    turns = list(outcome.turns)
+    fine = pruned(rounds(outcome.fitted, turns, pace, barred=barred), pace)
+    found = _exchanged(fine, turns, outcome.wiring, pace, barred)
+    return replace(found, refuted=outcome.refuted, unsure=outcome.unsure)
+
+
+def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, barred: Names) -> Outcome:
+    """What was found, with what the measurements clearly prefer in its place, and what could stand there as well."""
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
         rival = better_rival(fine, standing) or one_for_two(fine, standing) or fewer_clocks(fine)

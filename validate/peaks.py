@@ -12,8 +12,8 @@ from validate.error_spectra import TAPERS, Spectra
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: Least cycles of a wave in a window.
-LEAST_CYCLES = 3.0
+#: Least cycles of a wave in a window, and enough of them to tell its frequency.
+LEAST_CYCLES, ENOUGH_CYCLES = 3.0, 5.0
 #: A peak stands at least so far above the power around it.
 LEAST_RATIO = 2.0
 #: Waves lie within this share of their frequency to either side.

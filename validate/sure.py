@@ -25,10 +25,11 @@ from preprocess.cores import side_by_side
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing
+from validate.loop import Outcome, all_standing, searched_on
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
+from validate.rounds import NONE, Names
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -37,19 +38,48 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 MATERIAL = 0.1
 #: ... or those that are by less than this, as a root mean square of u, v and r in units of their spread.
 LITTLE = 0.02
+#: So many times a search goes on without what was taken back.
+SEARCHES = 2
 #: Evidence that needs no second look.
 OVERWHELMING = 1000.0
 
 
-def surely(outcome: Outcome) -> Outcome:
-    """The outcome without effects that their own standard errors do not tell from nothing, the least sure first."""
+def surely(outcome: Outcome, pace: Pace | None = None) -> Outcome:
+    """The outcome without effects that their own standard errors do not tell from nothing, the least sure first.
+
+    What was taken back kept others from being looked at. Where its place is left empty by what matters, the search goes
+    on without it, and what it finds must be sure as well.
+    """
+    pace, taken_back = pace or Pace(), NONE
+    sure = _without_unsure(outcome, pace)
+    for _ in range(SEARCHES):
+        if sure is outcome or not _leaves_much(sure.fitted):
+            return sure
+        taken_back |= _names(outcome.fitted) - _names(sure.fitted)
+        outcome = searched_on(sure, taken_back, pace)
+        if _names(outcome.fitted) <= _names(sure.fitted):
+            return sure
+        sure = _without_unsure(outcome, pace)
+    return sure
+
+
+def _names(fitted: Fitted) -> Names:
+    return frozenset(a.effect.name for a in fitted.solution.structure.actives)
+
+
+def _leaves_much(fitted: Fitted) -> bool:
+    """Whether free runs of the logs leave what matters, noise and all."""
+    return bool(np.any(free_running_errors(fitted) > MATERIAL**2))
+
+
+def _without_unsure(outcome: Outcome, pace: Pace) -> Outcome:
     fitted, unsure = outcome.fitted, list(outcome.unsure)
     while (least := _least_sure(fitted)) is not None:
         unsure.append(fitted.solution.structure.actives[least].label)
         fitted = dropped(fitted, least)
     if fitted is outcome.fitted:
         return outcome
-    standing = all_standing(fitted, outcome.wiring, Pace())
+    standing = all_standing(fitted, outcome.wiring, pace)
     return replace(outcome, fitted=fitted, standing=standing, unsure=tuple(unsure))
 
 

@@ -16,9 +16,9 @@ from identify.stretch import Stretch
 from identify.swell import Swell
 from identify.windows import Problem, cut
 from preprocess.cores import side_by_side
-from validate.peaks import LEAST_CYCLES
+from validate.peaks import ENOUGH_CYCLES, LEAST_CYCLES
 from validate.refits import under
-from validate.waves import perhaps_waves, waves_of
+from validate.waves import hardly_seen, perhaps_waves, waves_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -39,14 +39,23 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     known = fitted.problem.swell
     if known is None and fitted.chi2_per_dof < NEAR:
         return fitted
-    seen = _in_long_windows(fitted)
-    swell = waves_of(seen)
+    usual = _in_usual_windows(fitted)
+    swell = waves_of(_in_windows_that_show(usual))
     if swell is None and known is None:
-        return _tried(seen) or fitted
-    if swell is None and not _would_show(known, seen):
+        return _seen_again(_tried(usual)) or fitted
+    if swell is None and not _would_show(known, usual):
         return fitted
-    problem = _with_likeliest_shape(seen, swell)
-    return fitted if _band(problem.swell) == _band(known) else _knowing(seen, problem)
+    problem = _with_likeliest_shape(usual, swell)
+    if _band(problem.swell) == _band(known):
+        return fitted
+    found = _knowing(usual, problem)
+    return found if known else _seen_again(found) or found
+
+
+def _seen_again(found: Fitted | None) -> Fitted | None:
+    """A fit that knows of waves, of whose band longer windows say more where they were seen in too short ones."""
+    hardly = found and found.problem.swell and hardly_seen(found.problem.swell)
+    return with_waves_known(found) if found and hardly else found
 
 
 def _tried(fitted: Fitted) -> Fitted | None:
@@ -55,11 +64,30 @@ def _tried(fitted: Fitted) -> Fitted | None:
     What the inputs hide between their samples may have been taken for them.
     """
     bare = replace(fitted, problem=_in_gusts_alone(fitted.problem))
-    perhaps = perhaps_waves(bare)
+    perhaps = _perhaps(bare)
     if perhaps is None:
         return None
     found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
     return found if found.chi2_per_dof < NEAR else None
+
+
+def _perhaps(fitted: Fitted) -> Swell | None:
+    """Waves that a fit's errors may show, as sharp as windows of more cycles do; slow ones show in no others."""
+    found = perhaps_waves(fitted)
+    needed = _lasting(found) if found else 2.0 * fitted.problem.length
+    if needed <= fitted.problem.length:
+        return found
+    return perhaps_waves(_in_windows(fitted, needed)) or found
+
+
+def _lasting(swell: Swell) -> float:
+    """How long windows are in which waves show, s."""
+    return ENOUGH_CYCLES * 2.0 * math.pi / swell.frequency
+
+
+def seen_waves(fitted: Fitted) -> Swell | None:
+    """Waves that a fit's errors show in windows that are long enough for those that it knows of."""
+    return waves_of(_in_windows_that_show(_in_usual_windows(fitted)))
 
 
 def _in_gusts_alone(problem: Problem) -> Problem:
@@ -97,13 +125,24 @@ def _band(swell: Swell | None) -> tuple[object, ...] | None:
     return (swell.frequency, swell.spread, swell.motion, swell.skirt) if swell else None
 
 
-def _in_long_windows(fitted: Fitted) -> Fitted:
-    """The same parameters in windows of the usual length, where the fit's are shorter and these do not run away."""
-    structure, length = fitted.solution.structure, window_length(fitted.solution.structure.vessel.length)
+def _in_usual_windows(fitted: Fitted) -> Fitted:
+    """The same parameters in windows of the usual length at least."""
+    return _in_windows(fitted, window_length(fitted.solution.structure.vessel.length))
+
+
+def _in_windows_that_show(fitted: Fitted) -> Fitted:
+    """The same parameters in windows of enough cycles of the waves that are known."""
+    known = fitted.problem.swell
+    return _in_windows(fitted, _lasting(known)) if known else fitted
+
+
+def _in_windows(fitted: Fitted, length: float) -> Fitted:
+    """The same parameters in windows of a length, where the fit's are shorter and these do not run away."""
     if fitted.problem.length >= length:
         return fitted
     problem = _in_gusts_alone(cut(fitted.problem.stretches, length).weighted_as(fitted.problem))
-    found = replace(fitted, problem=problem, solution=fit_states(problem, structure, fitted.solution.p))
+    solution = fit_states(problem, fitted.solution.structure, fitted.solution.p)
+    found = replace(fitted, problem=problem, solution=solution)
     return found if np.isfinite(found.solution.cost) else fitted
 
 

@@ -46,6 +46,7 @@ def measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Sw
         max(sharpness, _centroid(spectra, weighted.sum(axis=2), core, logs)[1]), sharpness,
         {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names}, p_value,
         {c: float(share[k]) for c, k in names}, _together(spectra, core),
+        0.5 * centre / spectra.spacing,
     )  # fmt: skip
     predicted = np.isin(np.arange(3), [k for _, k in names])
     return Swell(

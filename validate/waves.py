@@ -19,7 +19,7 @@ from identify.fit import Estimated, FittedEffect
 from identify.fitted import Fitted
 from identify.swell import Swell
 from validate.error_spectra import TAPERS, Spectra, spectra_of
-from validate.peaks import AROUND, BAND, Around, around_of, chance_of, core_of
+from validate.peaks import AROUND, BAND, ENOUGH_CYCLES, Around, around_of, chance_of, core_of
 from validate.structure_left import spread_of
 from validate.wave_band import CHANNELS, by_window, measured, three
 
@@ -122,7 +122,14 @@ def waves_of(fitted: Fitted) -> Swell | None:
     if spectra is None:
         return None
     again = _seen_again(fitted, spectra, known) if known else None
-    return min(_driven(known, spectra), again, key=_doubt) if known and again else _found_in(fitted, spectra)
+    if not known or not again:
+        return _found_in(fitted, spectra)
+    return again if hardly_seen(known) else min(_driven(known, spectra), again, key=_doubt)
+
+
+def hardly_seen(swell: Swell) -> bool:
+    """Whether waves were seen in windows of too few cycles to tell their frequency."""
+    return swell.seen is not None and swell.seen.cycles < 0.9 * ENOUGH_CYCLES
 
 
 def _driven(swell: Swell, spectra: Spectra) -> Swell:
