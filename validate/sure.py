@@ -57,8 +57,6 @@ def surely(outcome: Outcome, pace: Pace | None = None) -> Outcome:
             return sure
         taken_back |= _names(outcome.fitted) - _names(sure.fitted)
         outcome = searched_on(sure, taken_back, pace)
-        if _names(outcome.fitted) <= _names(sure.fitted):
-            return sure
         sure = _without_unsure(outcome, pace)
     return sure
 

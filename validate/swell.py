@@ -28,6 +28,8 @@ ROUNDS = 3
 SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
 #: ... in about so many windows.
 ASKED = 12
+#: Slow waves show in windows so many times as long as others.
+LONGER = 2.0
 
 
 def with_waves_known(fitted: Fitted) -> Fitted:
@@ -40,7 +42,7 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     if known is None and fitted.chi2_per_dof < NEAR:
         return fitted
     usual = _in_usual_windows(fitted)
-    swell = waves_of(_in_windows_that_show(usual))
+    swell = _shown(usual)
     if swell is None and known is None:
         return _seen_again(_tried(usual)) or fitted
     if swell is None and not _would_show(known, usual):
@@ -74,7 +76,7 @@ def _tried(fitted: Fitted) -> Fitted | None:
 def _perhaps(fitted: Fitted) -> Swell | None:
     """Waves that a fit's errors may show, as sharp as windows of more cycles do; slow ones show in no others."""
     found = perhaps_waves(fitted)
-    needed = _lasting(found) if found else 2.0 * fitted.problem.length
+    needed = _lasting(found) if found else LONGER * fitted.problem.length
     if needed <= fitted.problem.length:
         return found
     return perhaps_waves(_in_windows(fitted, needed)) or found
@@ -87,7 +89,7 @@ def _lasting(swell: Swell) -> float:
 
 def seen_waves(fitted: Fitted) -> Swell | None:
     """Waves that a fit's errors show in windows that are long enough for those that it knows of."""
-    return waves_of(_in_windows_that_show(_in_usual_windows(fitted)))
+    return _shown(_in_usual_windows(fitted))
 
 
 def _in_gusts_alone(problem: Problem) -> Problem:
@@ -130,10 +132,12 @@ def _in_usual_windows(fitted: Fitted) -> Fitted:
     return _in_windows(fitted, window_length(fitted.solution.structure.vessel.length))
 
 
-def _in_windows_that_show(fitted: Fitted) -> Fitted:
-    """The same parameters in windows of enough cycles of the waves that are known."""
-    known = fitted.problem.swell
-    return _in_windows(fitted, _lasting(known)) if known else fitted
+def _shown(fitted: Fitted) -> Swell | None:
+    """Waves in windows of enough cycles of those that are known; else in a fit's own windows, or in longer ones."""
+    known, length = fitted.problem.swell, fitted.problem.length
+    if known:
+        return waves_of(_in_windows(fitted, _lasting(known)))
+    return waves_of(fitted) or waves_of(_in_windows(fitted, LONGER * length))
 
 
 def _in_windows(fitted: Fitted, length: float) -> Fitted:
