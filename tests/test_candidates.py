@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from identification_samples import structure_of, trials_of
 
@@ -13,7 +14,16 @@ from identify.acting import lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.prepare import prepare
 from identify.structure import null_parameters
-from validate.candidates import _as_far_ahead, _starts, candidates, screen
+from validate import candidates as looked_at
+from validate.candidates import (
+    Screened,
+    _as_far_ahead,
+    _screen_at_null,
+    _starts,
+    candidates,
+    readings,
+    screen,
+)
 
 
 def late(offset):
@@ -75,3 +85,39 @@ def test_no_effect_is_begun_out_of_its_bounds():
         bounds = {s.name: s.parameter.bounds for s in slots if s.effect == 0}
         begins = [(bounds[name], value) for start in _starts(fitted, active) for name, value in start.items()]
         assert begins and all(low <= value <= high for (low, high), value in begins), active.label
+
+
+def test_a_cause_is_looked_at_in_each_of_its_forms():
+    effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": (1, 2)})
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 4, (effect,), validate=0)
+    prepared = prepare(trials, "modulus")
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0)
+    load = next(a for a in candidates(prepared.structure) if a.effect.name == "mass_change")
+    [found] = screen(fitted, [load])
+    gains = {s.active.label: s.gain for s in _screen_at_null(fitted, readings(load))}
+    assert len(gains) == 4
+    assert found.active.label == load.label == max(gains, key=lambda label: round(gains[label], 3))
+    assert gains[load.label] > 1.1 * min(gains.values())
+
+
+@pytest.mark.parametrize(
+    ("gains", "sizes", "taken"),
+    [((5.0, 5.0), (3, 3), 0), ((5.0, 6.0), (3, 3), 1), ((5.0, 8.0), (3, 5), 0), ((5.0, 9.5), (3, 5), 1)],
+)
+def test_the_form_that_promises_most_for_its_parameters_is_the_one(monkeypatch, gains, sizes, taken):
+    load = next(
+        a for a in candidates(structure_of("modulus", logs=("a", "b", "c"))) if a.effect.name == "mass_change"
+    )
+    two = readings(load)[:2]
+    rows = [np.zeros(n) for n in sizes]
+    looks = [Screened(a, p, p, g) for a, p, g in zip(two, rows, gains, strict=True)]
+    monkeypatch.setattr(looked_at, "readings", lambda _: two)
+    monkeypatch.setattr(looked_at, "_screen_at_null", lambda *_: looks)
+    assert looked_at._in_best_forms(None, [load]) == [looks[taken]]
+
+
+def test_a_load_that_was_taken_in_one_form_is_not_looked_for_in_another():
+    structure = structure_of("modulus", logs=("a", "b", "c"))
+    load = next(a for a in candidates(structure) if a.effect.name == "mass_change")
+    taken = structure.with_effect(readings(load)[1])
+    assert load.label not in {a.label for a in candidates(taken)}

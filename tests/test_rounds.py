@@ -12,7 +12,7 @@ from identify.effects import EFFECTS
 from identify.fitted import FAR, NEAR
 from validate import loop
 from validate import rounds as module
-from validate.judgement import plainest
+from validate.judgement import _unlikely, plainest
 from validate.pace import Pace
 from validate.rounds import Turn, rounds
 
@@ -166,3 +166,12 @@ def test_of_causes_that_are_the_same_on_these_logs_the_plainer_one_is_taken(cost
     ]
     assert plainest(worth) is worth[taken]
     assert plainest([]) is None
+
+
+def test_of_what_is_no_chance_the_likeliest_is_taken():
+    """A gain counts for less where windows scatter, but not for less than a smaller one."""
+    chance, scattered, sharp = (
+        SimpleNamespace(gain=g, parameters=k, evidence=e)
+        for g, k, e in ((300.0, 1, -2.0), (189.0, 1, 39.0), (135.0, 4, 85.0))
+    )
+    assert sorted([chance, sharp, scattered], key=_unlikely) == [scattered, sharp, chance]

@@ -14,6 +14,7 @@ from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, WIND_UNS
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.structure import null_parameters
+from validate import sure
 from validate.candidates import candidates
 from validate.look_alikes import Standing, dropped
 from validate.loop import Outcome
@@ -40,8 +41,8 @@ def test_a_current_stays_where_there_is_one(speed):
 
 
 @pytest.mark.parametrize("effect", ["actuator_delay", "actuator_lag"])
-@pytest.mark.parametrize(("late", "sure"), [(0.04, False), (0.3, True)])
-def test_what_a_log_may_hide_between_its_entries_is_no_delay(effect, late, sure):
+@pytest.mark.parametrize(("late", "told"), [(0.04, False), (0.3, True)])
+def test_what_a_log_may_hide_between_its_entries_is_no_delay(effect, late, told):
     """Of one input that moves at the entries and one that moved since the last, the former seems late."""
     size = {"actuator_delay": "delay", "actuator_lag": "time_constant"}[effect]
     ahead = Effect("clock_offset", {"offset": 0.07}, None, {"stream": "inputs"})
@@ -54,7 +55,7 @@ def test_what_a_log_may_hide_between_its_entries_is_no_delay(effect, late, sure)
     p[[s.name == size for s in structure.slots]] = late
     fitted = fit_from_scratch(structure, prepared.identify, p, rounds=1)
     found = surely(Outcome(fitted, (), (Standing(active, 20.0, 1e-3, ()),), None))
-    assert bool(found.standing) is sure
+    assert bool(found.standing) is told
 
 
 def test_a_roll_that_moves_nothing_goes_and_leaves_the_current():
@@ -62,6 +63,23 @@ def test_a_roll_that_moves_nothing_goes_and_leaves_the_current():
     found = surely(outcome)
     assert found.unsure == ("roll_coupling",)
     assert [x.active.label for x in found.standing] == ["current"]
+
+
+def test_what_is_taken_back_leaves_its_place_to_what_is_missing(monkeypatch):
+    """A roll stood where a compass was off; it is not taken again."""
+    unsure = iter([0])
+    truly = sure._least_sure
+    monkeypatch.setattr(
+        sure, "_least_sure", lambda fitted: next(unsure, None) if _rolls(fitted) else truly(fitted)
+    )
+    found = surely(with_in((Effect("heading_bias", {"bias": 0.15}),), ROLL_COUPLING))
+    assert found.unsure == ("roll_coupling",)
+    assert [x.active.label for x in found.standing] == ["heading_bias"]
+    assert not found.fitted.is_off
+
+
+def _rolls(fitted):
+    return any(a.effect is ROLL_COUPLING for a in fitted.solution.structure.actives)
 
 
 def test_damping_that_a_linear_model_lacks_is_sure_beside_coefficients_of_every_size():

@@ -15,7 +15,7 @@ from fixtures.effects import Effect, World, wave_series
 from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch, fit_states
 from identify.first_states import first_states
-from identify.fitted import Fitted
+from identify.fitted import NEAR, Fitted
 from identify.prepare import prepare
 from validate import waves as searched
 from validate.error_spectra import TAPERS, spectra_of
@@ -188,6 +188,19 @@ def test_waves_that_are_known_leave_a_lag_to_be_seen():
     assert first.solution.structure.values(first.solution.p, 0)["time_constant"] == pytest.approx(
         0.6, abs=0.15
     )
+
+
+def test_waves_too_slow_for_the_usual_windows_show_in_longer_ones():
+    waves = Effect("waves", {"frequency": 0.8, "u": 0.07, "v": 0.12, "r": 0.05})
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag", "random"), 120.0, 5, (waves,))
+    prepared = prepare(trials, "modulus")
+    before = fit_from_scratch(prepared.structure, prepared.identify, rounds=1)
+    assert find_waves(before) is None
+    after = with_waves_known(before)
+    assert after.chi2_per_dof < NEAR < before.chi2_per_dof
+    seen = after.problem.swell.seen
+    assert seen.frequency == pytest.approx(0.8, abs=3.0 * seen.frequency_stderr)
+    assert seen.frequency_stderr < 0.05
 
 
 def test_a_fit_without_waves_stays_as_it_was():

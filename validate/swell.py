@@ -28,6 +28,8 @@ ROUNDS = 3
 SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
 #: ... in about so many windows.
 ASKED = 12
+#: Waves that errors only may show leave no more than this share of them.
+LEFT = 0.1
 #: Slow waves show in windows so many times as long as others.
 LONGER = 2.0
 
@@ -36,7 +38,7 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the waves that its errors show, and what they leave open, known; without any as it was.
 
     Where it knew of waves that are not there any more, without these. Waves that its errors only may show are known
-    from then on if with them it comes to the noise.
+    from then on if with them it comes to the noise, or nearly.
     """
     known = fitted.problem.swell
     if known is None and fitted.chi2_per_dof < NEAR:
@@ -61,7 +63,7 @@ def _seen_again(found: Fitted | None) -> Fitted | None:
 
 
 def _tried(fitted: Fitted) -> Fitted | None:
-    """The fit with waves that its errors may show, if it comes to the noise with them.
+    """The fit with waves that its errors may show, if it comes to the noise with them, or by far the most of the way.
 
     What the inputs hide between their samples may have been taken for them.
     """
@@ -70,7 +72,7 @@ def _tried(fitted: Fitted) -> Fitted | None:
     if perhaps is None:
         return None
     found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
-    return found if found.chi2_per_dof < NEAR else None
+    return found if found.chi2_per_dof < max(NEAR, LEFT * fitted.chi2_per_dof) else None
 
 
 def _perhaps(fitted: Fitted) -> Swell | None:
@@ -133,11 +135,9 @@ def _in_usual_windows(fitted: Fitted) -> Fitted:
 
 
 def _shown(fitted: Fitted) -> Swell | None:
-    """Waves in windows of enough cycles of those that are known; else in a fit's own windows, or in longer ones."""
-    known, length = fitted.problem.swell, fitted.problem.length
-    if known:
-        return waves_of(_in_windows(fitted, _lasting(known)))
-    return waves_of(fitted) or waves_of(_in_windows(fitted, LONGER * length))
+    """Waves in a fit's own windows, or in those of enough cycles of the waves that it knows of."""
+    known = fitted.problem.swell
+    return waves_of(_in_windows(fitted, _lasting(known)) if known else fitted)
 
 
 def _in_windows(fitted: Fitted, length: float) -> Fitted:
