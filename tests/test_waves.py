@@ -23,9 +23,9 @@ from validate.pace import Pace
 from validate.peaks import around_of, core_of
 from validate.refits import under
 from validate.rounds import rounds
-from validate.swell import needs_waves, with_waves_known, without_waves
+from validate.swell import _in_windows, needs_waves, with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import _grows_with, _material, _may_be_half, as_effect, fastest, find_waves
+from validate.waves import _grows_with, _material, _may_be_half, as_effect, fastest, find_waves, waves_of
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -190,17 +190,30 @@ def test_waves_that_are_known_leave_a_lag_to_be_seen():
     )
 
 
+def in_slow_waves(vessel, frequency) -> Fitted:
+    waves = Effect("waves", {"frequency": frequency, "u": 0.07, "v": 0.12, "r": 0.05})
+    ship, trials = trials_of(vessel, ("zigzag", "random", "zigzag", "random"), 120.0, 5, (waves,))
+    prepared = prepare(trials, ship.model)
+    return fit_from_scratch(prepared.structure, prepared.identify, rounds=1)
+
+
 def test_waves_too_slow_for_the_usual_windows_show_in_longer_ones():
-    waves = Effect("waves", {"frequency": 0.8, "u": 0.07, "v": 0.12, "r": 0.05})
-    _, trials = trials_of("usv", ("zigzag", "random", "zigzag", "random"), 120.0, 5, (waves,))
-    prepared = prepare(trials, "modulus")
-    before = fit_from_scratch(prepared.structure, prepared.identify, rounds=1)
+    before = in_slow_waves("usv", 0.8)
     assert find_waves(before) is None
     after = with_waves_known(before)
     assert after.chi2_per_dof < NEAR < before.chi2_per_dof
     seen = after.problem.swell.seen
     assert seen.frequency == pytest.approx(0.8, abs=3.0 * seen.frequency_stderr)
     assert seen.frequency_stderr < 0.05
+
+
+def test_a_peak_that_long_windows_show_is_no_waves_where_most_of_the_errors_stay():
+    """A few long windows, of a vessel that answers wrongly, have a peak far from where the waves are."""
+    before = in_slow_waves("catamaran", 0.7)
+    peak = waves_of(_in_windows(before, 2.0 * before.problem.length))
+    assert peak is not None
+    assert abs(peak.seen.frequency - 0.7) > 0.5
+    assert with_waves_known(before) is before
 
 
 def test_a_fit_without_waves_stays_as_it_was():
