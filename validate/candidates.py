@@ -53,7 +53,7 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
 
     What an input has in one form (a dead band) it does not have in another besides.
     """
-    taken = {_plainly_read(a).label for a in structure.actives}
+    taken = {plainly_read(a).label for a in structure.actives}
     had = {(a.effect.name, a.variant.input) for a in structure.actives if a.variant.input}
     return [
         active
@@ -65,7 +65,7 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
     ]
 
 
-def _plainly_read(active: Active) -> Active:
+def plainly_read(active: Active) -> Active:
     """The same cause in the first of its forms."""
     if active.effect.forms is None:
         return active

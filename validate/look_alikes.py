@@ -16,7 +16,16 @@ from identify.noise import dispersed_cost
 from identify.output_error import solve
 from identify.structure import Structure, effects_alone
 from preprocess.cores import side_by_side
-from validate.candidates import Screened, candidates, extended, from_starts, normal, prior_of, smooth
+from validate.candidates import (
+    Screened,
+    candidates,
+    extended,
+    from_starts,
+    normal,
+    plainly_read,
+    prior_of,
+    smooth,
+)
 from validate.judgement import INDISTINCT, significance
 from validate.refits import step_tolerance, under
 from validate.scan import between_log_and_hull
@@ -145,9 +154,7 @@ def standing(fitted: Fitted, index: int) -> Standing:
 
 def _acting(active: Active, among: set[str]) -> tuple[str, str | None, dict[str, object]]:
     """What an effect is ``among`` some logs: in which others it acts, these cannot tell; its forms are one cause."""
-    options = dict(active.variant.options)
-    if active.effect.forms is not None:
-        options.pop("form", None)
+    options = dict(plainly_read(active).variant.options)
     if isinstance(logs := options.get("logs"), tuple):
         options["logs"] = tuple(n for n in logs if n in among)
     return active.effect.name, active.variant.input, options

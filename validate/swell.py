@@ -46,20 +46,21 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     usual = _in_usual_windows(fitted)
     swell = _shown(usual)
     if swell is None and known is None:
-        return _seen_again(_tried(usual)) or fitted
+        tried = _tried(usual)
+        return _seen_again(tried) if tried else fitted
     if swell is None and not _would_show(known, usual):
         return fitted
     problem = _with_likeliest_shape(usual, swell)
     if _band(problem.swell) == _band(known):
         return fitted
     found = _knowing(usual, problem)
-    return found if known else _seen_again(found) or found
+    return found if known else _seen_again(found)
 
 
-def _seen_again(found: Fitted | None) -> Fitted | None:
+def _seen_again(found: Fitted) -> Fitted:
     """A fit that knows of waves, of whose band longer windows say more where they were seen in too short ones."""
-    hardly = found and found.problem.swell and hardly_seen(found.problem.swell)
-    return with_waves_known(found) if found and hardly else found
+    swell = found.problem.swell
+    return with_waves_known(found) if swell and hardly_seen(swell) else found
 
 
 def _tried(fitted: Fitted) -> Fitted | None:
