@@ -153,9 +153,14 @@ def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome
 
 def _worth_another(found: Fitted) -> bool:
     """Whether a fit is off the noise by what matters; farther off it another search would only take its time."""
-    if found.chi2_per_dof < NEAR and not np.any(free_running_errors(found) > MATERIAL**2):
+    if found.chi2_per_dof < NEAR and not leaves_much(found):
         return False
     return found.is_off and found.chi2_per_dof < FAR
+
+
+def leaves_much(fitted: Fitted) -> bool:
+    """Whether free runs of the logs leave what matters, noise and all."""
+    return bool(np.any(free_running_errors(fitted) > MATERIAL**2))
 
 
 def _there(one: Fitted, other: Fitted) -> bool:

@@ -25,7 +25,7 @@ from preprocess.cores import side_by_side
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing, searched_on
+from validate.loop import Outcome, all_standing, leaves_much, searched_on
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
@@ -44,16 +44,16 @@ SEARCHES = 2
 OVERWHELMING = 1000.0
 
 
-def surely(outcome: Outcome, pace: Pace | None = None) -> Outcome:
+def surely(outcome: Outcome) -> Outcome:
     """The outcome without effects that their own standard errors do not tell from nothing, the least sure first.
 
     What was taken back kept others from being looked at. Where its place is left empty by what matters, the search goes
     on without it, and what it finds must be sure as well.
     """
-    pace, taken_back = pace or Pace(), NONE
+    pace, taken_back = Pace(), NONE
     sure = _without_unsure(outcome, pace)
     for _ in range(SEARCHES):
-        if sure is outcome or not _leaves_much(sure.fitted):
+        if sure is outcome or not leaves_much(sure.fitted):
             return sure
         taken_back |= _names(outcome.fitted) - _names(sure.fitted)
         outcome = searched_on(sure, taken_back, pace)
@@ -63,11 +63,6 @@ def surely(outcome: Outcome, pace: Pace | None = None) -> Outcome:
 
 def _names(fitted: Fitted) -> Names:
     return frozenset(a.effect.name for a in fitted.solution.structure.actives)
-
-
-def _leaves_much(fitted: Fitted) -> bool:
-    """Whether free runs of the logs leave what matters, noise and all."""
-    return bool(np.any(free_running_errors(fitted) > MATERIAL**2))
 
 
 def _without_unsure(outcome: Outcome, pace: Pace) -> Outcome:
