@@ -191,10 +191,7 @@ def _searched(
 
 
 def searched_on(outcome: Outcome, barred: Names, pace: Pace) -> Outcome:
-    """The search gone on with from a fit that something was taken back from, without effects that are ``barred``.
-
-    What swings by itself may have stood for waves.
-    """
+    """The search gone on with without what was taken back, and is ``barred``: it may have stood for waves."""
     turns = list(outcome.turns)
     fine = pruned(rounds(with_waves_known(outcome.fitted), turns, pace, barred=barred), pace)
     found = _exchanged(fine, turns, outcome.wiring, pace, barred)

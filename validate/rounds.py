@@ -33,7 +33,7 @@ LOOKS_AGAIN = 2
 #: So many of the nearest are looked at as one of two that are missing, those that leave no more than this share of the
 #: squared errors.
 FIRST_OF_PAIRS, PROMISING = 2, 0.8
-#: Near the noise the likeliest that is sure is looked at as one of two: if chance gives its gain in fewer than this share of campaigns.
+#: Near the noise the likeliest cause is looked at as one of two, if chance gives its gain in fewer than this share.
 SURELY = 1e-4
 
 
