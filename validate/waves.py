@@ -102,8 +102,8 @@ def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> S
     while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = measured(fitted, spectra, place, float(chance[place, channel]))
-        stands = _stands(spectra, place, channel, tried, least) and not _goes_with(spectra, place, channel)
-        stands = stands and not _grows_with(spectra, place, channel)
+        stands = _stands(spectra, place, channel, tried, least) and not _grows_with(spectra, place, channel)
+        stands = stands and not _goes_with(spectra, place, channel, least == WORTH_A_TRY)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
         chance[core_of(spectra, spectra.omega[place])] = 1.0
@@ -219,10 +219,11 @@ def _material(found: Swell, spectra: Spectra, around: Around, place: int, channe
     return bool(0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
-def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
+def _goes_with(spectra: Spectra, place: int, channel: int, mostly: bool = False) -> bool:
     """Whether the peak is coherent with anything that the vessel did: surely; or perhaps, where that has a line.
 
-    Perhaps is not enough where enough windows say that it accounts for the lesser part at most.
+    Perhaps is not enough where enough windows say that it accounts for the lesser part at most. Nor is surely where it
+    is to be ``mostly``: a helmsman answers the waves, and his rudder is coherent with what they do.
     """
     force, n = spectra.rate[:, place, channel], len(spectra.rate)
     done = spectra.done[:, place]
@@ -231,7 +232,7 @@ def _goes_with(spectra: Spectra, place: int, channel: int) -> bool:
     most = min(float(coherence.max(initial=0.0)), 1.0)
     least = 1.0 - (1.0 - (1.0 - most) ** (n - 1)) ** max(len(coherence), 1)
     if least < COHERENT:
-        return True
+        return not mostly or _may_be_half(most, n)
     return bool(least < COHERENT_AT_LINE and _has_line(spectra, place) and _may_be_half(most, n))
 
 
