@@ -277,12 +277,12 @@ def excess(fitted: Fitted) -> FloatArray:
 
 
 def at_bound(fitted: Fitted, index: int | None = None) -> bool:
-    """Whether a parameter of an effect, or of one of them, ended where it can go no further: no value to believe."""
+    """Whether a parameter of an effect, or of one of them, ended at a bound; a coefficient may well be nothing."""
     return any(
         s.effect >= 0
         and index in (None, s.effect)
-        and p in (s.parameter.bounds[1], s.parameter.bounds[0])
-        and p != s.parameter.null
+        and p in s.parameter.bounds
+        and (p != s.parameter.null or s.coefficient < 0)
         for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
     )
 
