@@ -39,6 +39,8 @@ SHORTENED, HALF, RAN_AWAY = 2, 0.5, 0.1
 LEAST_PART = 0.03
 #: Errors' second derivative is taken over this part of a step; an acceleration of more than its length is no small one.
 NEARBY, TOO_BENT = 0.1, 1.5
+#: Bent steps are tried no more where so many, one after the other, were no good.
+IN_VAIN = 2
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,8 @@ class Task:
 class Stride:
     """How a search steps: its damping, the part of a step that is tried, and how often that was shortened.
 
-    ``bold`` counts the steps one after the other of which hardly any was good, ``warned`` says whether any ever was.
+    ``bold`` counts the steps one after the other of which hardly any was good, ``warned`` says whether any ever was;
+    ``in_vain`` counts the bent ones, one after the other, that were no good.
     """
 
     damping: float = DAMPED
@@ -160,6 +163,7 @@ class Stride:
     shortened: int = 0
     bold: int = 0
     warned: bool = False
+    in_vain: int = 0
 
     @property
     def longer(self) -> Stride:
@@ -183,13 +187,14 @@ class Stride:
         part = self.part * self.good_part(slope, gain)
         if self.shortened == SHORTENED or part < LEAST_PART:
             damping = DAMPENED * EACH_MORE**self.bold * max(self.damping, FROM)
-            return Stride(damping, bold=self.bold + 1, warned=True)
+            return Stride(damping, bold=self.bold + 1, warned=True, in_vain=self.in_vain)
         return replace(self, part=part, shortened=self.shortened + 1)
 
+    def having_bent(self, gain: float) -> Stride:
+        """After a bent step."""
+        return replace(self, in_vain=0 if gain > 0.0 else self.in_vain + 1)
 
-def leaves_the_valley(stride: Stride, way: Way, gain: float) -> bool:
-    """Whether hardly any of a whole step is good: not its length is wrong, but its direction."""
-    return bool(
-        stride.part == 1.0 and np.isfinite(gain) and gain <= 0.0
-        and stride.good_part(way.slope, gain) < LEAST_PART
-    )  # fmt: skip
+    def leaves_the_valley(self, slope: float, gain: float) -> bool:
+        """Whether hardly any of a whole step is good: not its length is wrong, but its direction."""
+        whole = self.part == 1.0 and self.in_vain < IN_VAIN
+        return bool(whole and np.isfinite(gain) and gain <= 0.0 and self.good_part(slope, gain) < LEAST_PART)

@@ -13,7 +13,7 @@ from enum import Enum
 
 import numpy as np
 
-from identify.descent import Place, Stride, Task, leaves_the_valley
+from identify.descent import Place, Stride, Task
 from identify.first_states import state_precision
 from identify.moments import Moments
 from identify.reduction import Reduced, reduce
@@ -142,9 +142,10 @@ def solve(
                 return _ended(task, here, held, Stopped.HOPELESS, step)
         there = task.along(here, way, stride.part)
         gain = here.total - there.total
-        if leaves_the_valley(stride, way, gain):
+        if stride.leaves_the_valley(way.slope, gain):
             there = task.bent(here, way) or there
             gain = here.total - there.total
+            stride = stride.having_bent(gain)
         if gain > 0.0:
             here, stride = there, stride.after(gain, way.promised)
             if gain < 0.2 * tolerance:

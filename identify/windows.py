@@ -214,7 +214,7 @@ def _shares(problem: Problem, stretch: int, workers: int) -> list[list[int]]:
 
 def _by_stretch(problem: Problem, errors: Sequence[FloatArray]) -> list[FloatArray]:
     """Errors (m, 2) of every window in the rows of their stretches' samples."""
-    every = [np.zeros((len(s.samples.t), 2)) for s in problem.stretches]
+    every: list[FloatArray] = [np.zeros((len(s.samples.t), 2)) for s in problem.stretches]
     for w, e in zip(problem.windows, errors, strict=True):
         every[w.stretch][w.samples] = e
     return every
