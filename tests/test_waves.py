@@ -25,7 +25,16 @@ from validate.refits import under
 from validate.rounds import rounds
 from validate.swell import _in_windows, needs_waves, with_waves_known, without_waves
 from validate.wave_band import measured
-from validate.waves import _grows_with, _material, _may_be_half, as_effect, fastest, find_waves, waves_of
+from validate.waves import (
+    _goes_with,
+    _grows_with,
+    _material,
+    _may_be_half,
+    as_effect,
+    fastest,
+    find_waves,
+    waves_of,
+)
 
 DURATION = 60.0
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
@@ -287,3 +296,14 @@ def test_what_accounts_for_half_of_a_peak_is_hardly_ever_taken_for_less(rows):
         own = np.sum(np.abs(force) ** 2, axis=1) * np.sum(np.abs(done) ** 2, axis=1)
         told = np.mean([not _may_be_half(float(c), rows) for c in together / own])
         assert passes[0] <= told <= passes[1], (share, told)
+
+
+@pytest.mark.parametrize(("share", "mostly"), [(0.3, False), (0.9, True)])
+def test_a_helmsman_who_answers_the_waves_does_not_make_them(share, mostly):
+    """His rudder is surely coherent with them; only what may be half of a peak refuses waves that need but be tried."""
+    rng = np.random.default_rng(5)
+    wave, other = rng.standard_normal((2, 120, 2)) @ np.array([1.0, 1.0j])
+    rudder = math.sqrt(share) * wave + math.sqrt(1.0 - share) * other
+    spectra = SimpleNamespace(rate=wave[:, None, None], done=rudder[:, None, None])
+    assert _goes_with(spectra, 0, 0)
+    assert _goes_with(spectra, 0, 0, mostly=True) == mostly
