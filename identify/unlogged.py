@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Shares of the largest possible variance that are tried.
 SHARES = (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
@@ -223,24 +222,19 @@ def _gains_in(
     error: FloatArray,
 ) -> FloatArray:
     """The same (shares,) of errors (m, 2) in one window, by answers ``between`` samples and those that are ``sure``."""
-    rows = _steady(problem.kinds(window))
-    answers, e = weighted(problem, between, window)[rows], error[rows]
-    beside = within(problem, sure, window)[rows]
+    steady = (problem.kinds(window) != kernel.POSITION)[:, None]
+    answers, e = weighted(problem, between, window) * steady[:, :, None], error * steady
+    beside = within(problem, sure, window) * steady[:, :, None]
     gains = np.zeros(len(SHARES))
-    if beside.shape[1]:
-        power, turn = eigen(beside)
-        vectors = beside @ turn
-        gains += _gain(vectors.T @ e, power)
-        columns = np.column_stack([answers, e])
-        columns -= vectors @ ((1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * (vectors.T @ columns))
-        answers, e = columns[:, :-1], columns[:, -1]
-    power, turn = eigen(answers)
-    return gains + _gain(turn.T @ (answers.T @ e), np.array(SHARES)[:, None] * power)
-
-
-def _steady(kind: IntArray) -> BoolArray:
-    """Which rows (m, 2) of samples of each ``kind`` (m,) are measurements, and none of a position."""
-    return np.stack([kind != kernel.POSITION, kind == kernel.VELOCITY], axis=1)
+    if beside.shape[2]:
+        power, vectors = eigen(beside)
+        gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
+        columns = np.concatenate([answers, e[:, :, None]], axis=2)
+        less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
+        columns = columns - np.einsum("mak,kj->maj", vectors, less)
+        answers, e = columns[:, :, :-1], columns[:, :, -1]
+    power, vectors = eigen(answers)
+    return gains + _gain(np.einsum("mak,ma->k", vectors, e), np.array(SHARES)[:, None] * power)
 
 
 def _gain(along: FloatArray, power: FloatArray) -> FloatArray:
@@ -275,9 +269,7 @@ def _of_stretch(
     sensing = sensing_of(np.ones(4), stretch, here.sensor, np.zeros((kernel.NM, width)))
     columns = slice(kernel.NX, kernel.NX + shapes.count)
     rows = rows_of(structure, here, stretch, windows, first, _along(shapes, width), sensing, columns)
-    for w in windows:
-        rows[w.samples] *= stretch.samples.sigma[w.samples, None, None]
-    return rows
+    return rows * stretch.samples.sigma[:, None, None]
 
 
 def _along(shapes: Shapes, width: int) -> Along:

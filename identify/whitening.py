@@ -81,7 +81,7 @@ class Whitening:
 
 def whitening_of(problem: Problem, parts: Sequence[Part]) -> Whitening:
     """What the errors of all windows are whitened by."""
-    found = abreast(lambda w: _eigenvectors(within(problem, parts, w)), problem.windows, granted())
+    found = abreast(lambda w: eigen(within(problem, parts, w)), problem.windows, granted())
     shrink = np.zeros((len(found), max(1, max(len(power) for power, _ in found))))
     basis = tuple(np.zeros((len(s.samples.t), 2, shrink.shape[1])) for s in problem.stretches)
     for number, (w, (power, vectors)) in enumerate(zip(problem.windows, found, strict=True)):
@@ -92,33 +92,21 @@ def whitening_of(problem: Problem, parts: Sequence[Part]) -> Whitening:
 
 def within(problem: Problem, parts: Sequence[Part], window: Window) -> FloatArray:
     """All parts (m, 2, K) in a window's samples, each column of one standard deviation, as ``weighted`` gives them."""
-    each = [weighted(problem, answers, window, size) for size, answers in parts]
-    if not each:
-        return np.zeros((len(problem.kinds(window)), 2, 0))
-    return each[0] if len(each) == 1 else np.concatenate(each, axis=2)
+    nothing = np.zeros((len(problem.kinds(window)), 2, 0))
+    return np.concatenate([nothing, *(size * weighted(problem, a, window) for size, a in parts)], axis=2)
 
 
-def weighted(
-    problem: Problem, answers: Sequence[FloatArray], window: Window, size: float = 1.0
-) -> FloatArray:
-    """Answers (m, 2, K) of a window's samples in units of their weight, less what of a drift and of waves is known.
-
-    Of ``size`` times their standard deviation.
-    """
+def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) -> FloatArray:
+    """Answers (m, 2, K) of a window's samples in units of their weight, less what of a drift and of waves is known."""
     sigma = problem.stretches[window.stretch].samples.sigma[window.samples]
-    weight = size / (sigma * problem.inflation[problem.kinds(window)])
-    return problem.less_known(window, answers[window.stretch][window.samples] * weight[:, None, None])
+    sigma = sigma * problem.inflation[problem.kinds(window)]
+    return problem.less_known(window, answers[window.stretch][window.samples] / sigma[:, None, None])
 
 
-def eigen(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenvalues (k,) of what columns (n, K) are the covariance of, and what turns (K, k) these into its vectors."""
-    power, turn = np.linalg.eigh(columns.T @ columns)
-    large = power > LEAST
-    return power[large], turn[:, large] / np.sqrt(power[large])
-
-
-def _eigenvectors(answers: FloatArray) -> tuple[FloatArray, FloatArray]:
+def eigen(answers: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (k,) of the answers' covariance, and its eigenvectors (m, 2, k) in the samples' rows."""
     flat = answers.reshape(2 * len(answers), answers.shape[2])
-    power, turn = eigen(flat)
-    return power, (flat @ turn).reshape(*answers.shape[:2], -1)
+    power, turn = np.linalg.eigh(flat.T @ flat)
+    large = power > LEAST
+    vectors = flat @ turn[:, large] / np.sqrt(power[large])
+    return power[large], vectors.reshape(*answers.shape[:2], -1)
