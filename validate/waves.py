@@ -95,15 +95,16 @@ def _spectra_near(fitted: Fitted) -> Spectra | None:
     return spectra if missed < TOO_FAR else None
 
 
-def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> Swell | None:
-    """The likeliest narrow band of the errors' spectra that stands and goes with nothing."""
+def _found_in(fitted: Fitted, spectra: Spectra, *, perhaps: bool = False) -> Swell | None:
+    """The likeliest narrow band of the errors' spectra that stands and goes with nothing; or that ``perhaps`` does."""
     around, chance, tried = _chances(fitted, spectra)
+    least = WORTH_A_TRY if perhaps else FALSE_ALARM
     least = least if fitted.problem.swell is None else SEEN_BEFORE
     while chance.min() < least:
         place, channel = (int(i) for i in np.unravel_index(np.argmin(chance), chance.shape))
         found = measured(fitted, spectra, place, float(chance[place, channel]))
         stands = _stands(spectra, place, channel, tried, least) and not _grows_with(spectra, place, channel)
-        stands = stands and not _goes_with(spectra, place, channel, least == WORTH_A_TRY)
+        stands = stands and not _goes_with(spectra, place, channel, mostly=perhaps)
         if stands and _material(found, spectra, around[channel], place, channel):
             return found
         chance[core_of(spectra, spectra.omega[place])] = 1.0
@@ -113,7 +114,7 @@ def _found_in(fitted: Fitted, spectra: Spectra, least: float = FALSE_ALARM) -> S
 def perhaps_waves(fitted: Fitted) -> Swell | None:
     """Waves that a fit's errors may show; whether a fit that knows of them comes to the noise must tell."""
     spectra = _spectra_near(fitted)
-    return None if spectra is None else _found_in(fitted, spectra, WORTH_A_TRY)
+    return None if spectra is None else _found_in(fitted, spectra, perhaps=True)
 
 
 def waves_of(fitted: Fitted) -> Swell | None:
@@ -219,7 +220,7 @@ def _material(found: Swell, spectra: Spectra, around: Around, place: int, channe
     return bool(0.5 * seen.amplitudes.get(CHANNELS[channel], 0.0) ** 2 > noise)
 
 
-def _goes_with(spectra: Spectra, place: int, channel: int, mostly: bool = False) -> bool:
+def _goes_with(spectra: Spectra, place: int, channel: int, *, mostly: bool = False) -> bool:
     """Whether the peak is coherent with anything that the vessel did: surely; or perhaps, where that has a line.
 
     Perhaps is not enough where enough windows say that it accounts for the lesser part at most. Nor is surely where it
