@@ -48,18 +48,21 @@ def state_precision(structure: Structure) -> FloatArray:
 
 
 def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatArray:
-    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion.
+    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion."""
+    own = {(t.dof, t.text): c for t, c in zip(structure.table.terms, d.coefficients, strict=True)}
+    return swung(own["e2", "e1"], own["e2", "e2"], through_water(stretch.states, d.current), stretch.h)
+
+
+def swung(stiffness: float, damping: float, motion: FloatArray, h: float) -> FloatArray:
+    """States (n, 2) of an oscillator ``ë = stiffness·e + damping·ė + ur`` along a motion (n, 6) through the water.
 
     It begins where the turn holds it that the log begins in: few logs begin just as a turn does.
     """
-    own = {(t.dof, t.text): c for t, c in zip(structure.table.terms, d.coefficients, strict=True)}
-    a = np.array([[0.0, 1.0], [own[("e2", "e1")], own[("e2", "e2")]]])
     block = np.zeros((3, 3))
-    block[:2, :2], block[1, 2] = a, 1.0
-    step = expm(block * stretch.h)
-    force = through_water(stretch.states, d.current)[:, 3] * stretch.states[:, 5]
-    more = kernel.oscillator(np.ascontiguousarray(step), 0.5 * (force[1:] + force[:-1]) - force[0])
-    return np.asarray(more + np.array([-force[0] / own[("e2", "e1")], 0.0]), dtype=float)
+    block[:2, :2], block[1, 2] = np.array([[0.0, 1.0], [stiffness, damping]]), 1.0
+    force = motion[:, 3] * motion[:, 5]
+    more = kernel.oscillator(np.ascontiguousarray(expm(block * h)), 0.5 * (force[1:] + force[:-1]) - force[0])
+    return np.asarray(more + np.array([-force[0] / stiffness, 0.0]), dtype=float)
 
 
 def begun(

@@ -52,7 +52,13 @@ def begin_windows(
 
 def roughly(structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float) -> FloatArray:
     """Parameters (np,) near the best in short windows, some of them, from a regression with the effects of ``p``."""
-    p = start_by_regression(structure, p, stretches)
+    return roughly_from(structure, stretches, start_by_regression(structure, p, stretches), length)
+
+
+def roughly_from(
+    structure: Structure, stretches: tuple[Stretch, ...], p: FloatArray, length: float
+) -> FloatArray:
+    """The same, from ``p`` (np,) as it is."""
     problem, begun = begin_windows(structure, stretches, p, length)
     some = replace(problem, windows=problem.windows[thin(problem, len(p))])
     here: Settled | Solution = settled(some, structure, begun.p)

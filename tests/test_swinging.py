@@ -41,7 +41,9 @@ def test_the_valley_that_a_few_steps_show_to_be_lowest_is_taken_wherever_it_begi
         after, held = VALLEYS[p][1 if budget == FEW else 2], VALLEYS[p][3]
         return ended(after, held and budget == MORE, p)
 
-    monkeypatch.setattr(swinging, "_begun", lambda _s, _p, p: Named(p=p, first=None, cost=VALLEYS[p][0]))
+    monkeypatch.setattr(
+        swinging, "_begun", lambda _s, _p, p, _rough: Named(p=p, first=None, cost=VALLEYS[p][0])
+    )
     assert searched_swinging(search, None, None, starts).p == 2.0
     assert steps.count(FEW) == len(starts) and steps.count(MORE) <= 4
 

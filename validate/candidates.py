@@ -26,17 +26,14 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 #: What the accelerations gain by a candidate, and the parameters that they want.
 Wanted = tuple[float, FloatArray]
-#: Other starts are kept that promise more than so much of what the best does.
-HALF = 0.5
 
 
 @dataclass(frozen=True)
 class Screened:
     """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises.
 
-    ``wanted`` is what the accelerations gain by it and the parameters that they want, where these were asked;
-    ``others`` are starts (np,) that promise more than half as much as the one it was looked at from; whether it
-    ``leads``: they want it so much that it is worth the way through shorter windows.
+    ``wanted`` is what the accelerations gain by it and the parameters that they want, where these were asked; whether
+    it ``leads``: they want it so much that it is worth the way through shorter windows.
     """
 
     active: Active
@@ -44,7 +41,6 @@ class Screened:
     unmoved: FloatArray
     gain: float
     wanted: Wanted | None = None
-    others: tuple[FloatArray, ...] = ()
     leads: bool = False
 
 
@@ -117,8 +113,7 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     def look(active: Active) -> Screened:
         looks = [_screen_at(some, active, start, base) for start in _starts(fitted, active)]
         best = max(looks, key=lambda x: x.gain)
-        others = tuple(x.unmoved for x in looks if x is not best and x.gain > HALF * best.gain > 0.0)
-        return replace(best, gain=best.gain / share, others=others)
+        return replace(best, gain=best.gain / share)
 
     return side_by_side(look, actives, shared=actives)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import FOLLOWS, free_running_misfit, is_lost
 from preprocess.cores import side_by_side
-from validate.candidates import HALF, Screened, Wanted
+from validate.candidates import Screened, Wanted
 from validate.refits import converges
 from validate.scan import MUCH, gain_and_value
 
@@ -20,6 +20,8 @@ WANTED = 2
 MOST_INPUTS, ALIKE = 6, 0.05
 #: ... and so many are tried where these do not tell them apart.
 UNDECIDED = 2
+#: Those lead that the accelerations want more than so much of what they want most.
+HALF = 0.5
 
 
 def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[Screened]:

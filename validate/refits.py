@@ -25,8 +25,10 @@ from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
 from validate.other_start import other_start
 from validate.pace import Pace
+from validate.scan import WORTH
 from validate.search_ends import total
-from validate.swinging import searched_swinging, swings
+from validate.swing_scan import swings, wanted_swings
+from validate.swinging import searched_swinging
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -115,8 +117,11 @@ def _anew(
     if not swings(structure):
         lost = base.chi2_per_dof < FAR and is_lost(base)
         return search(*other_start(structure, screened, base), budget=LONGER_WAY if lost else BRIEFLY)
-    others = () if converges(base) else screened.others
-    return searched_swinging(search, structure, base.problem, (screened.unmoved, *others))
+    if converges(base):
+        return searched_swinging(search, structure, base.problem, (screened.unmoved,))
+    found = wanted_swings(structure, base.problem.stretches, screened.unmoved)
+    wanted = [p for gain, p in found if gain > WORTH]
+    return searched_swinging(search, structure, base.problem, (screened.unmoved,), wanted)
 
 
 def went_on(fitted: Fitted, budget: int, target: float = np.inf) -> Fitted:

@@ -19,7 +19,7 @@ from validate.pace import ANOTHER, LAST, Pace
 from validate.refits import under
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
-from validate.swinging import swings
+from validate.swing_scan import swings
 
 #: Names of effects.
 Names = frozenset[str]

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.drive import Drive, drives
+from identify.drive import drives
 from identify.effect import Active, Parameter
-from identify.regression import accelerations, averaged, predicted, regressors_along, solve_regression
+from identify.regression import averaged, regressors_along, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.true_motion import true_states
+from validate.motion_seen import FINE, Motion
+from validate.swing_scan import swings, wanted_swings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -31,12 +31,6 @@ DIRECTIONS = 12
 USUAL, UNUSUAL = np.array([0.4, 0.8, 1.6]), np.array([1.0, 2.0, 4.0, 8.0])
 #: A load is looked at from so much more to so much more, in so many steps; and as much less.
 LOADS = np.geomspace(1.1, 3.0, 8)
-#: Accelerations are slopes over so many steps either way where the coefficients are found, and where a misfit is
-#: measured over this time, s.
-FINE, SLOPE = 5, 1.0
-#: ... at every second step, or third, or so, that leaves so many of all logs together: smooth motion says the same in
-#: those between them.
-ROWS = 2000
 #: A value is worth a fit of its own where the regression's misfit falls by this much (log, channels added): a
 #: dead band that few samples pass gains hardly more.
 WORTH = 0.02
@@ -60,8 +54,11 @@ def gain_and_value(
 ) -> tuple[float, FloatArray]:
     """What the regression's misfit falls by (log, channels added) with an effect's parameters at their best, and there.
 
-    Nothing, where an effect has none to look at, or several that are no velocity of the water or the air.
+    Nothing, where an effect has none to look at, or several that are neither a velocity of the water or the air nor
+    those of a swing.
     """
+    if swings(structure, index):
+        return max(wanted_swings(structure, stretches, p, index), key=lambda x: x[0], default=(0.0, p))
     which = range(len(structure.actives))[index]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == which and s.coefficient < 0]
     parameters = [structure.slots[k].parameter for k in mine]
@@ -69,7 +66,7 @@ def gain_and_value(
     if not len(values):
         return 0.0, p
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
-    motion, found = _Motion(structure, stretches), []
+    motion, found = Motion(structure, stretches), []
     for value in ([x.null for x in parameters], *values):
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
@@ -122,69 +119,7 @@ def _both_ways(up: FloatArray) -> FloatArray:
     return np.concatenate([-up, up])
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """What the sensors show with some values of their parameters and of the current.
-
-    Per stretch the states (n + 1, 6) over ground; of all the rates (m, 3) through the water over ``FINE`` steps and
-    over ``SLOPE``, and the variance (3,) of the latter over ground, against which any current is weighed alike.
-    """
-
-    states: list[FloatArray]
-    fine: FloatArray
-    slow: FloatArray
-    size: FloatArray
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """The motion behind what the sensors show, and its rates, made once for all values with the same of both."""
-
-    structure: Structure
-    stretches: Sequence[Stretch]
-    known: dict[bytes, _Seen] = field(default_factory=dict)
-
-    @property
-    def every(self) -> int:
-        """Of so many rows one is looked at."""
-        return max(1, sum(s.steps for s in self.stretches) // ROWS)
-
-    @property
-    def slope(self) -> int:
-        """Steps either way over which a misfit is measured."""
-        return max(1, round(SLOPE / self.stretches[0].h))
-
-    def by(self, driven: Sequence[Drive]) -> _Seen:
-        """What is seen as the sensors and the water are in ``driven``."""
-        key = b"".join(x.tobytes() for d in driven for x in (d.sensor, d.current))
-        if key not in self.known:
-            self.known[key] = self._made(driven)
-        return self.known[key]
-
-    def _made(self, driven: Sequence[Drive]) -> _Seen:
-        moving = [
-            true_states(self.structure, d.sensor, s) for d, s in zip(driven, self.stretches, strict=True)
-        ]
-        currents = [d.current for d in driven]
-        fine, slow = (self._rates(moving, currents, m) for m in (FINE, self.slope))
-        ground = self._rates(moving, [np.zeros(2)] * len(moving), self.slope)
-        return _Seen(moving, fine, slow, np.var(ground, axis=0) + 1e-12)
-
-    def _rates(self, moving: Sequence[FloatArray], currents: Sequence[FloatArray], m: int) -> FloatArray:
-        runs = zip(self.stretches, moving, currents, strict=True)
-        return self.thinned([accelerations(s, m, x, c) for s, x, c in runs])
-
-    def thinned(self, rates: Sequence[FloatArray]) -> FloatArray:
-        """Rows of all stretches that are looked at."""
-        return np.vstack([x[:: self.every] for x in rates])
-
-    def predicted(self, p: FloatArray, rates: Sequence[FloatArray]) -> FloatArray:
-        """Accelerations (m, 3) by regressors (n, terms), as slopes over ``slope`` steps see them."""
-        every = (predicted(self.structure, p, x) for x in rates)
-        return self.thinned([averaged(x, self.slope) for x in every])
-
-
-def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: _Motion) -> float:
+def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: Motion) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
     driven = drives(structure, p, stretches)
     seen = motion.by(driven)

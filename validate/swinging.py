@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.base_fit import short_windows
 from identify.output_error import Solution
-from identify.rough_fit import roughly
+from identify.rough_fit import roughly, roughly_from
 from identify.settled import Settled, settled
 from identify.structure import Structure
 from identify.windows import Problem
@@ -25,28 +25,31 @@ BRIEFEST = 2.0
 FEW, MORE, GONE_ON = 8, 20, 2
 
 
-def swings(structure: Structure) -> bool:
-    """Whether the last effect swings by itself."""
-    return any(s.parameter.shape for s in structure.slots if s.effect == len(structure.actives) - 1)
-
-
 def searched_swinging(
-    search: Callable[..., Solution], structure: Structure, problem: Problem, starts: Sequence[FloatArray]
+    search: Callable[..., Solution],
+    structure: Structure,
+    problem: Problem,
+    starts: Sequence[FloatArray],
+    wanted: Sequence[FloatArray] = (),
 ) -> Solution:
-    """Where the ``search`` of what swings ends, from the best of several starts (np,).
+    """Where the ``search`` of what swings ends, from the best of several starts (np,) and of those that are ``wanted``.
 
-    Which of them leads to the lowest valley no first order tells, nor how near it begins; a few steps do.
+    Which of them leads to the lowest valley no first order tells, nor how near it begins; a few steps do. What the
+    accelerations want comes with the coefficients that go with it.
     """
-    begins = [_begun(structure, problem, p) for p in starts]
+    begins = [_begun(structure, problem, p, roughly) for p in starts]
+    begins += [_begun(structure, problem, p, roughly_from) for p in wanted]
     ends = sorted((search(x.p, x.first, budget=FEW) for x in begins), key=total)
     free = [x for x in ends[GONE_ON:] if not x.held.any()]
     return nearest([search(x.p, x.first, budget=MORE) for x in ends[:GONE_ON] + free[:GONE_ON]])
 
 
-def _begun(structure: Structure, problem: Problem, p: FloatArray) -> Settled:
+def _begun(
+    structure: Structure, problem: Problem, p: FloatArray, rough: Callable[..., FloatArray]
+) -> Settled:
     """A rough fit in windows of one period: longer ones have a valley for every swing in them."""
     own = structure.values(p, len(structure.actives) - 1)
     length = min(max(2.0 * math.pi / own["frequency"], BRIEFEST), short_windows(problem, structure))
     with suppress(NotIdentifiable):
-        p = roughly(structure, problem.stretches, p, length)
+        p = rough(structure, problem.stretches, p, length)
     return settled(problem, structure, p)
