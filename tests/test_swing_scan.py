@@ -53,7 +53,9 @@ def test_a_roll_is_one_of_the_few_valleys_with_what_it_pushes_with(k, vessel):
     roll = ROLLS[k][1]
     near = [x for x in own if x["frequency"] == pytest.approx(roll["frequency"], rel=0.15)]
     assert near
-    assert np.sign(near[0]["sway"]) == np.sign(roll["sway"]) and np.sign(near[0]["yaw"]) == np.sign(roll["yaw"])
+    assert np.sign(near[0]["sway"]) == np.sign(roll["sway"]) and np.sign(near[0]["yaw"]) == np.sign(
+        roll["yaw"]
+    )
     gain, q = gain_and_value(structure, fit.problem.stretches, p)
     assert gain == found[0][0] > MUCH
     assert np.array_equal(q, found[0][1])
