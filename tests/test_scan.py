@@ -24,7 +24,7 @@ from identify.stretch import slopes_of
 from identify.structure import null_parameters
 from tests.identification_samples import PROPELLER, RUDDER, structure_of, trials_of
 from tests.test_kernel import stretch_of
-from validate.scan import WORTH, best_value, gain_and_value
+from validate.scan import WORTH, _valleys, best_value, gain_and_value, wanted_values
 
 LIBRARY = {e.name: e for e in EFFECTS if e is not WIND}  # here nothing logs the wind
 BIAS, SCALE = 0.03, 0.8
@@ -187,3 +187,23 @@ def test_rates_are_averaged_as_slopes_see_them(m):
     motion = np.vstack([np.zeros((1, 3)), np.cumsum(0.1 * rates, axis=0)])
     slopes = slopes_of(np.hstack([np.zeros((51, 3)), motion]), 0.1, m)
     assert np.allclose(slopes, averaged(rates, m), atol=1e-12)
+
+
+def test_valleys_are_places_that_one_must_climb_out_of():
+    flat = np.array([0.0, 0.001, 0.0, 0.001, 0.002])
+    assert _valleys(flat) == [int(np.argmin(flat))]
+    two = np.array([-0.1, -0.3, -0.5, -0.45, -0.42, -0.47, -0.1])
+    assert _valleys(two) == [2, 5]
+    at_the_ends = np.array([-0.2, 0.0, 0.1, -0.4])
+    assert _valleys(at_the_ends) == [3, 0]
+
+
+def test_a_rudder_that_is_off_its_zero_has_its_valley_first():
+    there = [Effect("actuator_offset", {"offset": -0.07}, input="rudder")]
+    stretches, structure = missing("actuator_offset", Variant("rudder"), there, 5)
+    p = null_parameters(structure)
+    found = wanted_values(structure, stretches, p)
+    gains = [gain for gain, _ in found]
+    assert gains == sorted(gains, reverse=True)
+    gain, best = gain_and_value(structure, stretches, p)
+    assert gain == gains[0] and np.array_equal(best, found[0][1])

@@ -20,12 +20,11 @@ from identify.rough_fit import thin
 from identify.structure import Structure
 from identify.windows import moments
 from preprocess.cores import side_by_side
+from validate.motion_seen import Wanted
 from validate.other_logs import of_windows
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-#: What the accelerations gain by a candidate, and the parameters that they want.
-Wanted = tuple[float, FloatArray]
 
 
 @dataclass(frozen=True)

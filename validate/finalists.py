@@ -8,7 +8,8 @@ from dataclasses import replace
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import FOLLOWS, free_running_misfit, is_lost
 from preprocess.cores import side_by_side
-from validate.candidates import Screened, Wanted
+from validate.candidates import Screened
+from validate.motion_seen import Wanted
 from validate.refits import converges
 from validate.scan import MUCH, gain_and_value
 

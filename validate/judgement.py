@@ -9,16 +9,15 @@ import numpy as np
 from scipy import stats
 
 from identify import kernel
-from identify.base_fit import short_windows
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import free_running_misfit
 from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
-from identify.rough_fit import roughly
-from identify.structure import Structure, effects_alone
+from identify.structure import Structure
 from preprocess.cores import side_by_side
+from validate.anew import anew
 from validate.candidates import Screened, smooth
 from validate.consistency import consistent, gains_by_time, stands_out
 from validate.hidden_share import accounted_for
@@ -26,7 +25,6 @@ from validate.log_groups import in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import (
     STRAYS,
-    begun_at,
     best_first,
     converges,
     raced,
@@ -34,10 +32,8 @@ from validate.refits import (
     target_gap,
     under,
 )
-from validate.scan import best_value
 from validate.score_scatter import Scatter, scatter
-from validate.search_ends import THE_SAME, total
-from validate.sizes import begun_all_over, begun_between_sizes
+from validate.search_ends import THE_SAME
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -157,33 +153,6 @@ def _in_their_logs(base: Fitted, refitted: list[tuple[Screened, Fitted]]) -> lis
 def _last(fitted: Fitted) -> str:
     """Label of the effect that was added last."""
     return fitted.solution.structure.actives[-1].label
-
-
-def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
-    """The better of a fit and of others begun roughly with its effects' values, under the same weights.
-
-    The last effect's are those that the accelerations want, too: a search that began elsewhere may have stopped short.
-    """
-    structure, best = fitted.solution.structure, begun_all_over(begun_between_sizes(fitted))
-    wanted = best_value(structure, fitted.problem.stretches, best.solution.p)
-    if wanted is not None:
-        best = min(best, _begun_roughly(fitted, wanted), key=lambda f: total(f.solution))
-    for _ in range(rounds):
-        other = _begun_roughly(fitted, best.solution.p)
-        if not other.solution.total < best.solution.total:
-            return best
-        enough = other.solution.total > 0.98 * best.solution.total
-        best = other
-        if enough:
-            return best
-    return best
-
-
-def _begun_roughly(fitted: Fitted, p: FloatArray) -> Fitted:
-    """The fit begun with the effects' values of ``p`` (np,), all else as short windows want it."""
-    structure, problem = fitted.solution.structure, fitted.problem
-    values, length = effects_alone(structure, p), short_windows(problem, structure)
-    return begun_at(fitted, roughly(structure, problem.stretches, values, length), 20)
 
 
 def better_base(base: Fitted, candidate: Fitted) -> Fitted:

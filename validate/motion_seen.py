@@ -14,6 +14,8 @@ from identify.structure import Structure
 from identify.true_motion import true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+#: What the accelerations gain by an effect, and the parameters (np,) that they want.
+Wanted = tuple[float, FloatArray]
 
 #: Accelerations are slopes over so many steps either way where the coefficients are found, and where a misfit is
 #: measured over this time, s.

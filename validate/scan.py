@@ -10,13 +10,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from identify.drive import drives
 from identify.effect import Active, Parameter
 from identify.regression import averaged, regressors_along, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
-from validate.motion_seen import FINE, Motion
+from validate.motion_seen import FINE, Motion, Wanted
 from validate.swing_scan import swings, wanted_swings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -51,28 +52,46 @@ def best_value(
 
 def gain_and_value(
     structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
-) -> tuple[float, FloatArray]:
-    """What the regression's misfit falls by (log, channels added) with an effect's parameters at their best, and there.
+) -> Wanted:
+    """What the regression's misfit falls by with an effect's parameters at their best, and there; or nothing."""
+    return next(iter(wanted_values(structure, stretches, p, index)), (0.0, p))
 
-    Nothing, where an effect has none to look at, or several that are neither a velocity of the water or the air nor
-    those of a swing.
+
+def wanted_values(
+    structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
+) -> list[Wanted]:
+    """What the regression's misfit falls by (log, channels added) in every valley of an effect's parameters, and there.
+
+    The best first. There is none where an effect has nothing to look at, or several parameters that are neither a
+    velocity of the water or the air, of which the best alone is told, nor those of a swing.
     """
     if swings(structure, index):
-        return max(wanted_swings(structure, stretches, p, index), key=lambda x: x[0], default=(0.0, p))
+        return wanted_swings(structure, stretches, p, index)
     which = range(len(structure.actives))[index]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == which and s.coefficient < 0]
     parameters = [structure.slots[k].parameter for k in mine]
     values = _values(structure.actives[which], parameters)
     if not len(values):
-        return 0.0, p
+        return []
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     motion, found = Motion(structure, stretches), []
     for value in ([x.null for x in parameters], *values):
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
         found.append((_misfit(structure, q, stretches, motion), q))
-    null, (least, best) = found[0][0], min(found[1:], key=lambda x: x[0])
-    return null - least, best
+    null, misfits = found[0][0], np.array([m for m, _ in found[1:]])
+    lowest = _valleys(misfits) if len(mine) == 1 else [int(np.argmin(misfits))]
+    return [(null - found[1 + k][0], found[1 + k][1]) for k in lowest]
+
+
+def _valleys(misfits: FloatArray) -> list[int]:
+    """Places of the valleys along one parameter, the lowest first: the way to a lower one goes up by what is worth it.
+
+    What reaches to both sides of nothing is one row.
+    """
+    padded = np.concatenate([[np.inf], misfits, [np.inf]])
+    deep, _ = find_peaks(-np.minimum(padded, misfits.max() + 2.0 * WORTH), prominence=WORTH)
+    return sorted((int(k) - 1 for k in deep), key=lambda k: misfits[k]) or [int(np.argmin(misfits))]
 
 
 def _values(active: Active, parameters: Sequence[Parameter]) -> FloatArray:
@@ -101,7 +120,7 @@ def _range_of(active: Active, parameter: Parameter) -> FloatArray:
     if active.effect.sensor and parameter.null == 0.0:
         return _both_ways(np.geomspace(parameter.scale / BEYOND, parameter.scale * FAR_BEYOND, STEPS))
     if active.effect.loading:
-        loads = parameter.null * np.append(1.0 / LOADS, LOADS)
+        loads = parameter.null * np.append(1.0 / LOADS[::-1], LOADS)
         return loads[(loads > parameter.bounds[0]) & (loads < parameter.bounds[1])]
     if not between_log_and_hull(active):
         return np.zeros(0)
@@ -116,7 +135,7 @@ def _range_of(active: Active, parameter: Parameter) -> FloatArray:
 
 
 def _both_ways(up: FloatArray) -> FloatArray:
-    return np.concatenate([-up, up])
+    return np.concatenate([-up[::-1], up])
 
 
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: Motion) -> float:

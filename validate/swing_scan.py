@@ -19,7 +19,7 @@ from identify.first_states import swung
 from identify.regression import averaged, regressors_along, solve_regression, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
-from validate.motion_seen import FINE, Motion, Seen
+from validate.motion_seen import FINE, Motion, Seen, Wanted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -39,7 +39,7 @@ def swings(structure: Structure, index: int = -1) -> bool:
 
 def wanted_swings(
     structure: Structure, stretches: Sequence[Stretch], p: FloatArray, index: int = -1
-) -> list[tuple[float, FloatArray]]:
+) -> list[Wanted]:
     """What the regression's misfit falls by (log, channels added) in the valleys of an effect that swings, and there.
 
     The parameters (np,) are the effect's own, and the coefficients that go with them; the best valley is first.
