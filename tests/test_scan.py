@@ -190,8 +190,8 @@ def test_rates_are_averaged_as_slopes_see_them(m):
 
 
 def test_valleys_are_places_that_one_must_climb_out_of():
-    flat = np.array([0.0, 0.001, 0.0, 0.001, 0.002])
-    assert _valleys(flat) == [int(np.argmin(flat))]
+    flat = np.array([0.0, 0.001, -0.0005, 0.001, 0.002])
+    assert _valleys(flat) == [2]
     two = np.array([-0.1, -0.3, -0.5, -0.45, -0.42, -0.47, -0.1])
     assert _valleys(two) == [2, 5]
     at_the_ends = np.array([-0.2, 0.0, 0.1, -0.4])
