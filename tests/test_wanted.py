@@ -10,7 +10,7 @@ import pytest
 from identify.fitted import FAR, NEAR
 from validate import finalists as module
 from validate.candidates import Screened
-from validate.finalists import MUCH, WANTED, finalists
+from validate.finalists import MUCH, WANTED, WORTH, finalists
 
 GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * MUCH}
 
@@ -38,10 +38,8 @@ def test_off_the_noise_those_that_the_accelerations_want_most_are_refitted_besid
     assert [s.wanted is not None for s in found] == [False] + [True] * len(besides)
 
 
-@pytest.mark.parametrize(("gain", "begins"), [(0.9 * MUCH, False), (1.1 * MUCH, True)])
-def test_near_the_noise_what_promises_begins_where_the_accelerations_clearly_want_it(
-    monkeypatch, gain, begins
-):
+@pytest.mark.parametrize(("gain", "begins"), [(0.9 * WORTH, False), (1.1 * WORTH, True)])
+def test_near_the_noise_what_promises_begins_where_the_accelerations_want_it(monkeypatch, gain, begins):
     (found,) = chosen(monkeypatch, 1.05, gain)
     assert (found.wanted is not None) is begins
 

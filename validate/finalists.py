@@ -11,7 +11,7 @@ from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.motion_seen import Wanted
 from validate.refits import converges
-from validate.scan import MUCH, gain_and_value
+from validate.scan import MUCH, WORTH, gain_and_value
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
@@ -29,14 +29,14 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
     """The most promising; where a first order tells little, the best of every effect and form.
 
     Off the noise also what the accelerations want most of the others: where what was taken makes up for them, no step
-    from there shows what they are worth. Near it those of which they clearly want a value begin there too: a rich model
-    that makes up for a slow rudder is far from the one that has it.
+    from there shows what they are worth. Near it those of which they want a value begin there too: a rich model that
+    makes up for a slow rudder, or for a compass that is off, is far from the one that has it.
     """
     if not (thorough or astray(fitted)):
         first = [s for s in screened[:FINALISTS] if s.gain > 8.0]
         if fitted.chi2_per_dof > NEAR:
             return _leading(fitted, [*first, *_wanted(fitted, screened[len(first) :])])
-        return [s if _gain(s) > MUCH else replace(s, wanted=None) for s in _asked(fitted, first)]
+        return [s if _gain(s) > WORTH else replace(s, wanted=None) for s in _asked(fitted, first)]
     kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
     forms: dict[tuple[str, str, str], list[Screened]] = {}
     for candidate in screened:

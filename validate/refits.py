@@ -91,11 +91,15 @@ def begun(fitted: Fitted, screened: Screened, target: float = np.inf) -> Fitted:
             screened.unmoved, first, prior=prior.holding(screened.unmoved, waiting), budget=FORCED
         )
         ways.append((forced.p, forced.first))
-    moved = min((search(p, x, budget=0) for p, x in ways), key=total)
-    if converges(fitted) and not swings(structure) and screened.wanted is None:
-        return went_on(Fitted(problem, prior, moved), 20, target)
+    moved = Fitted(problem, prior, min((search(p, x, budget=0) for p, x in ways), key=total))
+    if converges(fitted) and not swings(structure):
+        here = went_on(moved, 20, target)
+        if screened.wanted is None:
+            return here
+        there = search(*other_start(structure, screened, fitted), budget=20)
+        return replace(here, solution=min(here.solution, there, key=total))
     anew = _anew(search, structure, screened, fitted)
-    return Fitted(problem, prior, min(went_on(Fitted(problem, prior, moved), 2).solution, anew, key=total))
+    return replace(moved, solution=min(went_on(moved, 2).solution, anew, key=total))
 
 
 def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
