@@ -11,10 +11,12 @@ import pandas as pd
 
 from ingest.errors import MissingQuantity, MissingSignal
 from ingest.log import SOURCE, Log, Source
+from ingest.sender import sender_of
 from ingest.tabular.naming import sources_of
 from preprocess.trial import FloatArray
 from preprocess.vessel import Sensor
 
+_INSTANCE = re.compile(r"(\[\d+\])+$")
 _INDEX = re.compile(r"^(?P<field>.*)\[(?P<index>\d+)\]$")
 
 
@@ -201,6 +203,27 @@ def source_of(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
     if sensor is not None and sensor.signals:
         return declared_source(log, sensor)
     return choose_source(log, quantity, sensor)
+
+
+def chosen(sensor: Sensor | None) -> bool:
+    """Whether a campaign says which signals or which device a quantity is taken from."""
+    return sensor is not None and (bool(sensor.signals) or sensor.source is not None)
+
+
+def of_one_receiver(log: Log, velocity: Source, position: str) -> Source | None:
+    """The velocity of the receiver (as ``sender_of`` names it) that positions come from, not of another of its kind.
+
+    That stands elsewhere aboard, nobody knows where: what a turn adds to its velocity cannot be taken off. None where
+    it alone measures one.
+    """
+    if _kind(sender_of(log, velocity)) != _kind(position):
+        return velocity
+    there = [s for s in log.sources if s.quantity == "velocity" and s.topic in log.tables]
+    return max((s for s in there if sender_of(log, s) == position), key=lambda s: s.rank, default=None)
+
+
+def _kind(sender: str) -> str:
+    return _INSTANCE.sub("", sender)
 
 
 def require(log: Log, quantity: str, source: Source | None) -> Source:

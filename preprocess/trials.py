@@ -19,7 +19,7 @@ from preprocess.excitation import with_excitation
 from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
 from preprocess.raw import Raw, read_raw
-from preprocess.resolve import require, source_of
+from preprocess.resolve import chosen, of_one_receiver, require, source_of
 from preprocess.rounding import resolution
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import Step, Trial
@@ -118,6 +118,8 @@ def gather(
     for quantity in (*NEEDED, *HELPFUL):
         sensor = sensors.get(quantity)
         source = source_of(log, quantity, sensor)
+        if source is not None and quantity == "velocity" and not chosen(sensor):
+            source = of_one_receiver(log, source, found["position"].sender or "")
         if source is None and quantity in NEEDED:
             require(log, quantity, source)
         if source is not None:

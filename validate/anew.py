@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.base_fit import short_windows
+from identify.base_fit import short_windows, tried
 from identify.fitted import Fitted
 from identify.rough_fit import roughly
 from identify.structure import effects_alone
@@ -40,7 +40,11 @@ def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
 
 
 def _begun_roughly(fitted: Fitted, p: FloatArray) -> Fitted:
-    """The fit begun with the effects' values of ``p`` (np,), all else as short windows want it."""
+    """The fit begun with the effects' values of ``p`` (np,), all else as short windows want it.
+
+    As it is where these run away even there.
+    """
     structure, problem = fitted.solution.structure, fitted.problem
     values, length = effects_alone(structure, p), short_windows(problem, structure)
-    return begun_at(fitted, roughly(structure, problem.stretches, values, length), 20)
+    found = tried(lambda: begun_at(fitted, roughly(structure, problem.stretches, values, length), 20))
+    return fitted if found is None else found

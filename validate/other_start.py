@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -12,6 +13,7 @@ from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure
+from ingest.errors import NotIdentifiable
 from validate.candidates import Screened
 from validate.scan import WORTH, gain_and_value
 
@@ -28,7 +30,9 @@ def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple
     if gain <= WORTH:
         p = start_by_regression(structure, screened.p, problem.stretches, apart=True)
         return p, settled(problem, structure, p).first
-    p = roughly(structure, problem.stretches, value, short_windows(problem, structure))
+    p = screened.p
+    with suppress(NotIdentifiable):
+        p = roughly(structure, problem.stretches, value, short_windows(problem, structure))
     there = settled(problem, structure, p)
     if not np.isfinite(there.cost) and screened.leads:
         longer = tried(partial(led, structure, problem.stretches, value, problem.length))

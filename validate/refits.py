@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -20,6 +21,7 @@ from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure, effects_alone
 from identify.windows import Problem, cut
+from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
@@ -237,8 +239,10 @@ def _begins(base: Fitted, part: Fitted) -> Iterator[tuple[FloatArray, FloatArray
     structure, problem, p = part.solution.structure, base.problem, part.solution.p
     yield p, base.solution.first
     yield p, settled(problem, structure, p).first
-    p = roughly(structure, problem.stretches, effects_alone(structure, p), short_windows(problem, structure))
-    yield p, settled(problem, structure, p).first
+    p, length = effects_alone(structure, p), short_windows(problem, structure)
+    with suppress(NotIdentifiable):
+        p = roughly(structure, problem.stretches, p, length)
+        yield p, settled(problem, structure, p).first
 
 
 def target_gap(base: Fitted, best: Fitted) -> float:
