@@ -2,7 +2,7 @@
 
 Such a log says more than one that is written at fixed times: up to its change an input had the value before. Its
 entries come sooner after the last one where the value is new than where it is the same; or all are new and seldom, at
-uneven intervals or of a few values that never come twice in a row.
+uneven intervals or of a few values that never come twice in a row; or often, but with pauses that are most of a log.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ SOONEST = 0.05
 #: Where no value is entered again and that is seldom, intervals are uneven if one in ten is so many times as long as
 #: another; then changes are entered within this time, s.
 UNEVEN, AT_ONCE = 2.0, 0.1
+#: Pauses that tell how an input is entered are so many times as long as the shortest interval, and most of a log.
+LONG, MOST = 5.0, 0.5
 #: An interval that is longer than so many of the shortest is a pause, at whose end the value changed.
 PAUSE = 1.5
 
@@ -67,10 +69,24 @@ def _shortest(logs: Sequence[Measurement]) -> float | None:
     if _never_twice(logs):
         ordered = len(fresh) >= LEAST and (_uneven(fresh) or _on_purpose(logs))
         return AT_ONCE if ordered else None
+    if new.all() and _paused(logs):
+        return _soonest(apart)
     if min(len(fresh), len(again)) < LEAST or not np.median(fresh) < SOONER * np.median(again):
         return None
     chance = stats.mannwhitneyu(fresh, again, alternative="less").pvalue
-    return max(float(np.quantile(fresh, SOONEST)), 1e-3) if chance < BY_CHANCE else None
+    return _soonest(fresh) if chance < BY_CHANCE else None
+
+
+def _soonest(apart: FloatArray) -> float:
+    return max(float(np.quantile(apart, SOONEST)), 1e-3)
+
+
+def _paused(logs: Sequence[Measurement]) -> bool:
+    """Whether an input is entered now and then after pauses that are most of a log, as no logger samples."""
+    least = LONG * _soonest(_entries(logs)[0])
+    each = [np.diff(m.t[m.good]) for m in logs]
+    often = sum(int(np.sum(x > least)) for x in each) >= LEAST
+    return often and any(x[x > least].sum() > MOST * x.sum() for x in each if len(x))
 
 
 def _never_twice(logs: Sequence[Measurement]) -> bool:

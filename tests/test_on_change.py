@@ -157,3 +157,36 @@ def test_a_lead_is_looked_for_within_a_tick_where_changes_are_logged():
     _, spread = prepare(rare, "modulus").structure.input_lead
     assert spread < 0.1
     assert all(m.sample_time < 0.3 for t in with_changes_known(rare) for m in t.inputs.values())
+
+
+def only_changes(t, value, name="rudder"):
+    new = np.append(True, np.diff(value) != 0.0)
+    step = float(np.median(np.diff(t[new])))
+    return Measurement(name, t[new], value[new], 0.0, np.ones(int(new.sum()), bool), sample_time=step)
+
+
+def a_straight_run(seed):
+    """An autopilot that keeps a course orders something else at every tick."""
+    t = np.arange(0.0, 200.0, TICK)
+    return t, 0.01 * np.random.default_rng(seed).standard_normal(len(t))
+
+
+def test_orders_that_one_log_holds_at_every_tick_are_known_to_hold_in_the_others():
+    """As often as it is entered in one log, an input might be sampled: the pauses of the others are most of those."""
+    logs = [only_changes(*a_straight_run(1)), *(only_changes(*orders(k, slew=0)) for k in (2, 3))]
+    assert logs[0].sample_time == pytest.approx(TICK) and logs[1].sample_time > 2.0
+    known = known_between(logs)
+    assert all(m.sample_time == pytest.approx(TICK) for m in known)
+    t, value = orders(2, slew=0)
+    there = (t >= logs[1].t[0]) & (t <= logs[1].t[-1])
+    assert np.abs(np.interp(t, known[1].t, known[1].value) - value)[there].max() < 1e-9
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 0.3))
+def test_a_measured_angle_of_which_records_are_lost_is_left_as_it_is(seed, lost):
+    rng = np.random.default_rng(seed)
+    t, value = a_straight_run(seed)
+    kept = np.flatnonzero(rng.uniform(size=len(t)) >= lost)
+    kept = kept[(kept < 300) | (kept > 300 + seed % 200)]  # and once for longer
+    some = Measurement("rudder", t[kept], value[kept], 0.0, np.ones(len(kept), bool), sample_time=TICK)
+    assert known_between([some])[0] is some
