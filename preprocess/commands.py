@@ -14,6 +14,8 @@ SPIKE_SHARE = 0.05
 SPIKE_SIGMAS = 6.0
 #: Of samples that come more seconds apart a single one is no spike: it may be an order, entered as it was given.
 SELDOM = 1.5
+#: ... and so is one after which none comes for so many of their intervals: orders may be entered when they change.
+LASTING = 3.0
 #: Kinds of input whose logged values are feedback where they do not hold.
 MEASURED = ("rudder", "propeller", "azimuth")
 
@@ -36,7 +38,7 @@ def judge_input(raw: Raw) -> Measurement:
     held = holds(raw.value)
     sigma = 0.0 if held else feedback_noise(raw.value)
     measured = raw.source.quantity in MEASURED and not held and step <= SELDOM
-    spike = spikes(raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
+    spike = spikes(raw.t, raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
     reasons = {k: int(n) for k, n in (("flagged", raw.flagged.sum()), ("spike", spike.sum())) if n}
     good = ~(raw.flagged | spike)
     return Measurement(
@@ -68,8 +70,8 @@ def feedback_noise(value: FloatArray) -> float:
     return float(max(noise, resolution(value) / np.sqrt(12.0)))
 
 
-def spikes(value: FloatArray, sigma: float) -> BoolArray:
-    """Single samples that stand out from both sides, which agree; (n,) bool."""
+def spikes(t: FloatArray, value: FloatArray, sigma: float) -> BoolArray:
+    """Single samples, at times ``t`` (n,), that stand out from both sides, which agree, and do not last; (n,) bool."""
     out = np.zeros(len(value), dtype=bool)
     if len(value) < 5:
         return out
@@ -78,5 +80,6 @@ def spikes(value: FloatArray, sigma: float) -> BoolArray:
     before, middle, after = value[:-2], value[1:-1], value[2:]
     away = np.minimum(np.abs(middle - before), np.abs(middle - after))
     same_side = (middle - before) * (middle - after) > 0.0
-    out[1:-1] = same_side & (away > least) & (np.abs(after - before) < 0.5 * away)
+    brief = np.diff(t)[1:] < LASTING * np.median(np.diff(t))
+    out[1:-1] = same_side & (away > least) & (np.abs(after - before) < 0.5 * away) & brief
     return out

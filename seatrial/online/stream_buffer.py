@@ -232,7 +232,7 @@ class StreamBuffer:
             rows = column.between(begin - MARGIN_S, end + LATE_S, before=1)
             t, value = column.t[rows], column.value[rows].reshape(-1)
             measured = declared.kind in MEASURED and not traits.held
-            good: BoolArray = ~spikes(value, traits.sigma) if measured else np.ones(len(t), dtype=bool)
+            good: BoolArray = ~spikes(t, value, traits.sigma) if measured else np.ones(len(t), dtype=bool)
             out[declared.name] = Measurement(
                 declared.name, t, value, traits.sigma, good, "", {}, traits.sample_time, traits.held
             )
