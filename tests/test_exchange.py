@@ -9,13 +9,15 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
+from identify.effect import Active, Variant
+from identify.effects import MASS_CHANGE
 from identify.fitted import Fitted
 from identify.prepare import prepare
 from ingest.errors import NotIdentifiable
 from validate import clocks
 from validate.candidates import candidates
 from validate.clocks import fewer_clocks
-from validate.exchange import better_rival, one_for_two
+from validate.exchange import better_rival, one_for_two, one_load_for_two
 from validate.look_alikes import standing
 
 
@@ -110,3 +112,33 @@ def test_many_clocks_stay_where_no_fit_with_fewer_can_begin(monkeypatch):
     many = with_clocks_off("position", "yaw_rate", "inputs")
     monkeypatch.setattr(clocks, "fit_from_scratch", runs_away)
     assert fewer_clocks(many) is None
+
+
+def loaded(ratio, other):
+    """Four logs, a load in the second and one in the third, fitted with one effect for each."""
+    effects = [
+        Effect("mass_change", {"ratio": r}, options={"logs": (k,)}) for k, r in ((1, ratio), (2, other))
+    ]
+    ship, trials = trials_of("usv", ("random", "zigzag", "random", "circle"), 60.0, 5, effects, validate=0)
+    prepared = prepare(trials, ship.model)
+    structure = prepared.structure
+    for k in (1, 2):
+        variant = Variant(options={"logs": (trials[k].name,)})
+        structure = structure.with_effect(Active(MASS_CHANGE, variant))
+    return fit_from_scratch(structure, prepared.identify, rounds=1)
+
+
+def test_a_load_that_was_found_in_one_log_and_then_in_another_is_one():
+    fit = loaded(1.3, 1.3)
+    one = one_load_for_two(fit)
+    assert one is not None
+    [active] = one.solution.structure.actives
+    assert active.variant.options["logs"] == tuple(
+        n for a in fit.solution.structure.actives for n in a.variant.options["logs"]
+    )
+    [value] = one.solution.structure.values(one.solution.p, 0).values()
+    assert value == pytest.approx(1.3, rel=0.02)
+
+
+def test_two_loads_that_are_not_the_same_stay_two():
+    assert one_load_for_two(loaded(1.3, 1.6)) is None

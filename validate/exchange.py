@@ -4,23 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 
 from identify.base_fit import fit_from_scratch
-from identify.effect import Variant
+from identify.effect import Active, Variant
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import dispersed_cost
 from identify.regression import start_by_regression
-from identify.structure import effects_alone
+from identify.structure import Structure, effects_alone
 from validate.candidates import prior_of
 from validate.judgement import INDISTINCT
+from validate.log_groups import free_in_logs, in_logs, logs_of
 from validate.look_alikes import Standing, dropped
 from validate.refits import begun_at, under
 
 #: Speeds at which a wind that nothing measured is tried, m/s, and steps of a refit.
 SPEEDS, FOLLOWED = (2.0, 5.0, 10.0), 20
+
+
+def likelier(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
+    """A fit that the measurements prefer to what was taken, or that says as much with less; None without one."""
+    return better_rival(fitted, standing) or one_for_two(fitted, standing) or one_load_for_two(fitted)
 
 
 def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
@@ -54,6 +60,29 @@ def one_for_two(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
             if dispersed_cost(fitted.problem, simpler.solution) < enough:
                 return simpler
     return None
+
+
+def one_load_for_two(fitted: Fitted) -> Fitted | None:
+    """The fit with one load, or shoal, in place of two in different logs, if nothing speaks for two; None without.
+
+    What is in several logs alike is found in some of them first, and then in the others.
+    """
+    enough = dispersed_cost(fitted.problem, fitted.solution) + INDISTINCT
+    actives = fitted.solution.structure.actives
+    for k, other in combinations(range(len(actives)), 2):
+        if not _may_be_one(fitted.solution.structure, actives[k], actives[other]):
+            continue
+        both = {str(n) for a in (actives[k], actives[other]) for n in logs_of(a)}
+        simpler = dropped(in_logs(fitted, k, both), other)
+        if dispersed_cost(fitted.problem, simpler.solution) < enough:
+            return simpler
+    return None
+
+
+def _may_be_one(structure: Structure, one: Active, other: Active) -> bool:
+    """Whether two effects are the same in different logs, which the measurements alone say."""
+    alike = one.effect is other.effect and free_in_logs(one, structure) and free_in_logs(other, structure)
+    return alike and not set(logs_of(one)) & set(logs_of(other))
 
 
 def in_likeliest_form(fitted: Fitted) -> Fitted:

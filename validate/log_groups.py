@@ -32,7 +32,7 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         return fitted
     names = sorted({s.name for s in fitted.problem.stretches})
     while True:
-        here = _logs(fitted)
+        here = set(logs_of(fitted.solution.structure.actives[-1]))
         groups = [here ^ {name} for name in names]
         some = [logs for logs in groups if 0 < len(logs & set(names)) < len(names)]
         shared = in_common(fitted)
@@ -79,6 +79,7 @@ def in_logs(fitted: Fitted, index: int, logs: set[str]) -> Fitted:
     return replace(fitted, solution=replace(solution, structure=structure))
 
 
-def _logs(fitted: Fitted) -> set[str]:
-    logs = fitted.solution.structure.actives[-1].variant.options["logs"]
-    return set(logs) if isinstance(logs, tuple) else set()
+def logs_of(active: Active) -> tuple[str, ...]:
+    """The logs that an effect is in; none of one that is in all."""
+    logs = active.variant.options.get("logs")
+    return logs if isinstance(logs, tuple) else ()

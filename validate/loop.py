@@ -14,7 +14,7 @@ from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.clocks import fewer_clocks
-from validate.exchange import as_good_as_declared, at_likeliest_speed, better_rival, one_for_two
+from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
 from validate.look_alikes import Standing, standing
@@ -202,7 +202,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
     """What was found, with what the measurements clearly prefer in its place, and what could stand there as well."""
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
-        rival = better_rival(fine, standing) or one_for_two(fine, standing) or fewer_clocks(fine)
+        rival = likelier(fine, standing) or fewer_clocks(fine)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
