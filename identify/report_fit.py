@@ -245,7 +245,8 @@ def _lead_note(structure: Structure, p: FloatArray, covariance: FloatArray) -> l
     """What is to be said of the time between log and actuator: nothing where it is zero within its interval."""
     for k, slot in enumerate(structure.slots):
         if slot.name == "input_lead" and slot.effect < 0:
-            return lead_words(float(p[k]), float(np.sqrt(covariance[k, k])), 2 * slot.parameter.null)
+            error = math.sqrt(max(float(covariance[k, k]), 0.0))
+            return lead_words(float(p[k]), error, 2 * slot.parameter.null)
     return []
 
 
