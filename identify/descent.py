@@ -28,6 +28,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: A search begins with so much damping; no less than the second is of use.
 DAMPED, LEAST_DAMPED = 1e-2, 1e-9
+#: So much hides nothing of what a step would gain.
+LITTLE = 1e-7
 #: A good step leaves this share of the damping, or once one was too bold the second: the right one is then near.
 EASED, CAUTIOUS = 0.1, 0.5
 #: Damping after a step of which hardly any is good: so many times as much, from no less than the second.
@@ -101,13 +103,17 @@ class Task:
         reduced = reduce(matrices, here.first, self.anchor, self.known, damping)
         pull = (here.p - prior.mean) / prior.sd**2
         score = reduced.score.sum(axis=0) - pull
-        held = ((here.p <= self.low) & (score < 0)) | ((here.p >= self.high) & (score > 0))
+        held = self.held(here.p, score)
         move, first = self._solved(reduced, score, ~held, damping)
         gx = matrices[:, :NX, -1] - (here.first - self.anchor) * self.known
         promised = float(score @ move + np.sum(gx * reduced.state_step))
         end = np.clip(here.p + move, self.low, self.high)
         down = (matrices[:, NX:-1, -1].sum(axis=0) - pull) @ (end - here.p) + np.sum(gx * first)
         return Way(end, first, promised, -2.0 * float(down), held, damping)
+
+    def held(self, p: FloatArray, score: FloatArray) -> BoolArray:
+        """Which parameters (np,) are at a bound that the score pushes them against."""
+        return np.asarray(((p <= self.low) & (score < 0)) | ((p >= self.high) & (score > 0)), dtype=bool)
 
     def along(self, here: Place, way: Way, part: float) -> Place:
         """Part of the way from a place; its end to the last digit, for that may be a bound."""
@@ -175,6 +181,11 @@ class Stride:
         """After a good step."""
         ease = (CAUTIOUS if self.warned else EASED) if self.part == 1.0 and gain > 0.5 * promised else 1.0
         return replace(self, damping=max(ease * self.damping, LEAST_DAMPED), shortened=0, bold=0)
+
+    @property
+    def bolder(self) -> Stride | None:
+        """With less damping, where a step promises nothing with what careful easing left; None where that is little."""
+        return replace(self, damping=EASED * self.damping) if self.warned and self.damping > LITTLE else None
 
     def good_part(self, slope: float, gain: float) -> float:
         """The part of what was tried that is good: to the lowest place of the parabola through its slope and end."""

@@ -27,7 +27,7 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 RIDGE = 30.0
 #: Standard deviation of a parameter that is not to move.
 HELD = 1e-9
-#: Below so much per measured row a search is near the noise, where steps are bent as the valley is.
+#: Below so much per measured row, in units of white noise, a search is near it, and steps are bent as the valley is.
 NEAR = 3.0
 
 
@@ -131,20 +131,21 @@ def solve(
     task = Task(problem, structure, prior, anchor, state_precision(structure), low, high)
     here = task.at(np.clip(p, low, high), first)
     stride, step = Stride(), 0
-    held: BoolArray = np.zeros(len(p), dtype=bool)
     if not np.isfinite(here.total):
-        return _ended(task, here, held, Stopped.DIVERGED, 0)
+        return _ended(task, here, Stopped.DIVERGED, 0)
     for step in range(1, budget + 1):
         if not stride.shortened:
             way, stride = task.way(here, stride.damping), stride.longer
-            held = way.held
+            if way.promised < tolerance and stride.bolder:
+                stride = stride.bolder
+                continue
             if way.promised < tolerance:
-                return _ended(task, here, held, Stopped.CONVERGED, step)
+                return _ended(task, here, Stopped.CONVERGED, step)
             if step > 4 and here.total - 10.0 * way.promised > target:
-                return _ended(task, here, held, Stopped.HOPELESS, step)
+                return _ended(task, here, Stopped.HOPELESS, step)
         there = task.along(here, way, stride.part)
         gain = here.total - there.total
-        near = here.total < NEAR * problem.rows
+        near = here.total * problem.inflated < NEAR * problem.rows
         if near and stride.leaves_the_valley(gain):
             bent = task.bent(here, way)
             stride = stride.having_bent(bent is not None and bent.total < here.total)
@@ -153,18 +154,19 @@ def solve(
         if gain > 0.0:
             here, stride = there, stride.after(gain, way.promised)
             if gain < 0.2 * tolerance:
-                return _ended(task, here, held, Stopped.CONVERGED, step)
+                return _ended(task, here, Stopped.CONVERGED, step)
         else:
             stride = stride.shorter(way.slope, gain, near)
             if stride.damping > 1e7:
-                return _ended(task, here, held, Stopped.STALLED, step)
-    return _ended(task, here, held, Stopped.BUDGET, step)
+                return _ended(task, here, Stopped.STALLED, step)
+    return _ended(task, here, Stopped.BUDGET, step)
 
 
-def _ended(task: Task, here: Place, held: BoolArray, stopped: Stopped, steps: int) -> Solution:
+def _ended(task: Task, here: Place, stopped: Stopped, steps: int) -> Solution:
     """The solution where a search ended."""
     known = np.nan_to_num(here.moments.matrices, posinf=0.0, neginf=0.0)
     reduced = reduce(known, here.first, task.anchor, task.known)
+    held = task.held(here.p, reduced.score.sum(axis=0) - (here.p - task.prior.mean) / task.prior.sd**2)
     return Solution(
         task.structure, here.p, here.first, here.moments.cost, here.penalty, reduced, here.moments, held, stopped,
         steps,

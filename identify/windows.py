@@ -114,6 +114,12 @@ class Problem:
             total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
         return total
 
+    @cached_property
+    def inflated(self) -> float:
+        """Mean square of what errors are weighed by, in units of their white noise."""
+        kinds = np.concatenate([self.kinds(w) for w in self.windows])
+        return float(np.mean(self.inflation[kinds] ** 2))
+
     def white(self, number: int, error: FloatArray) -> FloatArray:
         """A window's errors (m, 2), white as far as it is said what drifts and what the inputs hide."""
         w = self.windows[number]
