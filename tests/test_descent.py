@@ -96,9 +96,6 @@ def test_bent_steps_are_given_up_where_they_are_in_vain():
     assert stride.having_bent(True).leaves_the_valley(-1e3)
 
 
-@pytest.mark.parametrize(
-    ("vessel", "model", "away"), [("tanker", "cybership2", 0.05), ("cybership", "abkowitz", 0.2)]
-)
 def test_a_search_comes_lower_in_as_many_steps_with_steps_that_are_bent(monkeypatch):
     """A rich model begun beside its own best fit: most of the way is along a valley near the noise."""
     _, trials = trials_of("tanker", ("zigzag", "random"), 60.0, 3)
