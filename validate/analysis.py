@@ -11,6 +11,7 @@ import pandas as pd
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.fitted import Fitted
+from identify.free_running import free_running_misfit
 from identify.held_inputs import prepare_best
 from identify.in_common import in_common
 from identify.models import MODEL_BY_NAME
@@ -137,13 +138,19 @@ def _after(prepared: Prepared, declared: Fitted, outcome: Outcome | None, far: b
 
 
 def _nearest_bare(declared: Fitted, outcome: Outcome | None) -> Fitted:
-    """The declared model's fit; or that of a search that was left with no effect, where that is clearly nearer."""
+    """The declared model's fit; or that of a search that was left with no effect, where that is clearly nearer.
+
+    Nearer in windows is not enough of one that predicts its own logs worse over their whole length.
+    """
     if outcome is None or outcome.standing or outcome.wiring:
         return declared
     found = outcome.fitted
     alike = found.solution.structure.actives == declared.solution.structure.actives
     long = found.problem.length >= declared.problem.length
-    return found if alike and long and found.chi2_per_dof < NEARER * declared.chi2_per_dof else declared
+    if not (alike and long and found.chi2_per_dof < NEARER * declared.chi2_per_dof):
+        return declared
+    strays = [f.remembered(free_running_misfit) for f in (declared, found)]
+    return found if strays[1] <= strays[0] else declared
 
 
 def _nearest(after: Fitted, outcome: Outcome | None) -> Fitted:
