@@ -12,13 +12,14 @@ from validate.analysis import _nearest_bare
 from validate.judgement import _in_their_logs
 
 
-def fit(chi2, length=30.0, actives=(), total=0.0):
+def fit(chi2, length=30.0, actives=(), total=0.0, strays=1.0):
     structure = SimpleNamespace(actives=actives)
     return SimpleNamespace(
         chi2_per_dof=chi2,
         astray_by=chi2 + total,
         problem=SimpleNamespace(length=length),
         solution=SimpleNamespace(structure=structure, total=total),
+        remembered=lambda _: strays,  # what it leaves of whole logs
     )
 
 
@@ -40,6 +41,7 @@ def test_a_search_that_ends_without_effects_gives_its_fit_where_that_is_clearly_
         outcome(fit(1.2, actives=("current",))),  # another structure
         outcome(fit(1.2), standing=("current",)),  # it found something: that is the fit after
         outcome(fit(1.2), wiring="swapped"),
+        outcome(fit(1.2, strays=1.1)),  # it predicts its own logs worse
     ],
 )
 def test_else_the_declared_fit_stays(ended):
