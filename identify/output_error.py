@@ -27,8 +27,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 RIDGE = 30.0
 #: Standard deviation of a parameter that is not to move.
 HELD = 1e-9
-#: Below so much per measured row, in units of white noise, a search is near it, and steps are bent as the valley is.
-NEAR = 3.0
+#: Below so much per measured row, in units of white noise, steps are bent as the valley is: at present nowhere.
+NEAR = 0.0
 
 
 class Stopped(Enum):
