@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from identification_samples import trials_of
 
-from identify import output_error
-from identify.base_fit import fit_from_scratch
 from identify.descent import IN_VAIN, Stride, Task
 from identify.first_states import first_states, state_precision
-from identify.output_error import prior_for, solve
+from identify.output_error import prior_for
 from identify.prepare import prepare
 from identify.regression import coefficient_scales, start_by_regression
 from identify.settled import settled
@@ -95,25 +93,6 @@ def test_bent_steps_are_given_up_where_they_are_in_vain():
         stride = stride.having_bent(False).shorter(-1.0, -1e3, near=True)
     assert not stride.leaves_the_valley(-1e3)
     assert stride.having_bent(True).leaves_the_valley(-1e3)
-
-
-def test_a_search_comes_lower_in_as_many_steps_with_steps_that_are_bent(monkeypatch):
-    """A rich model begun beside its own best fit: most of the way is along a valley near the noise."""
-    _, trials = trials_of("tanker", ("zigzag", "random"), 60.0, 3)
-    prepared = prepare(trials, "cybership2")
-    fit = fit_from_scratch(prepared.structure, prepared.identify)
-    problem, structure, p = fit.problem, fit.solution.structure, fit.solution.p
-    p = p * (1.0 + 0.05 * np.random.default_rng(1).standard_normal(len(p)))
-    first = settled(problem, structure, p).first
-
-    def searched():
-        anchor = first_states(problem)
-        return solve(problem, structure, p, first, fit.prior, anchor=anchor, budget=25, tolerance=0.05).total
-
-    monkeypatch.setattr(output_error, "NEAR", 3.0)
-    bent = searched()
-    monkeypatch.setattr(Stride, "leaves_the_valley", lambda *_: False)
-    assert bent < searched() - 1.0
 
 
 def test_what_a_careful_damping_hides_is_looked_for():
