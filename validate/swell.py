@@ -66,14 +66,15 @@ def _seen_again(found: Fitted) -> Fitted:
 def _tried(fitted: Fitted) -> Fitted | None:
     """The fit with waves that its errors may show, if it comes to the noise with them, or by far the most of the way.
 
-    What the inputs hide between their samples may have been taken for them.
+    Near it at least: far off, waves may stand for anything that swings, and hide it. What the inputs hide between their
+    samples may have been taken for them.
     """
     bare = replace(fitted, problem=_in_gusts_alone(fitted.problem))
     perhaps = _perhaps(bare)
     if perhaps is None:
         return None
     found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
-    return found if found.chi2_per_dof < max(NEAR, LEFT * fitted.chi2_per_dof) else None
+    return found if found.chi2_per_dof < max(NEAR, min(FAR, LEFT * fitted.chi2_per_dof)) else None
 
 
 def _perhaps(fitted: Fitted) -> Swell | None:
