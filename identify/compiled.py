@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identify.directions import Directions, all_directions
 from identify.drive import Drive
 from identify.innovations import NO_FILTER, Filter
-from identify.kernel import NM
+from identify.kernel import NM, NX
 from identify.measure import moments_of_windows
 from identify.sample import Motion, Sensing, work_for
 from identify.stretch import Stretch
@@ -82,3 +83,32 @@ def nothing_along(columns: int) -> Along:
 def no_sensors(columns: int) -> FloatArray:
     """Derivatives (9, width) of the sensors' parameters where none moves."""
     return np.zeros((NM, padded(columns)))
+
+
+def along_all(
+    structure: Structure, p: FloatArray, stretches: Sequence[Stretch], driven: Sequence[Drive]
+) -> list[tuple[Along, FloatArray]]:
+    """The directions of all parameters in every stretch, for the compiled code."""
+    every = all_directions(structure, p, stretches, driven)
+    return [along_of(structure, ways, d) for ways, d in zip(every, driven, strict=True)]
+
+
+def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, FloatArray]:
+    """The directions of all parameters, in the order of the slots after the first state, for the compiled code.
+
+    The second, (9, width), are the derivatives of the sensors' parameters along them.
+    """
+    tape, equation = structure.table.tape, structure.table.equation_of
+    simple, general = structure.simple, structure.general
+    plain = structure.layout.plain
+    moved, which = np.nonzero(d.coefficients)
+    value = tape.value.astype(np.int64)
+    width = padded(NX + len(structure.slots) + 1)
+    current, sensor = np.zeros((2, width)), np.zeros((NM, width))
+    current[:, NX + general], sensor[:, NX + general] = d.current, d.sensor
+    along = Along(
+        NX + simple, value[plain], equation[plain], here.factor[plain], NX + general[moved], value[which],
+        equation[which], d.coefficients[moved, which], NX + general, d.driven[:, 0].copy(),
+        NX + general[d.driven[:, 1]], d.values, d.slopes, current,
+    )  # fmt: skip
+    return along, sensor

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from identify import kernel
-from identify.compiled import motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
-from identify.directions import Directions, all_directions
+from identify.compiled import along_all, motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
 from identify.drive import Drive, drives
 from identify.first_states import begun
 from identify.innovations import Filter, new_in
@@ -115,6 +114,12 @@ class Problem:
             total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
         return total
 
+    @cached_property
+    def inflated(self) -> float:
+        """Mean square of what errors are weighed by, in units of their white noise."""
+        kinds = np.concatenate([self.kinds(w) for w in self.windows])
+        return float(np.mean(self.inflation[kinds] ** 2))
+
     def white(self, number: int, error: FloatArray) -> FloatArray:
         """A window's errors (m, 2), white as far as it is said what drifts and what the inputs hide."""
         w = self.windows[number]
@@ -166,17 +171,25 @@ def _remembering(stretch: Stretch) -> int:
 
 
 def moments(
-    problem: Problem, structure: Structure, p: FloatArray, first: FloatArray, *, held: bool = False
+    problem: Problem,
+    structure: Structure,
+    p: FloatArray,
+    first: FloatArray,
+    *,
+    held: bool = False,
+    added: Sequence[FloatArray] | None = None,
 ) -> Moments:
     """Predict every window and form its moments with respect to its first state and all parameters.
 
-    With these ``held``, with respect to the first state alone: np is then 0.
+    With these ``held``, with respect to the first state alone: np is then 0. ``added`` (m, 2) to every window's errors,
+    in units of their weight, is what they are to be beside what they are.
     """
     driven = drives(structure, p, problem.stretches)
     first, unit = begun(problem, structure, driven, first)
-    along = _nothing(len(driven)) if held else along_all(problem, structure, p, driven)
+    along = _nothing(len(driven)) if held else along_all(structure, p, problem.stretches, driven)
     columns = kernel.NX + (0 if held else len(structure.slots)) + 1
     hidden, _ = problem.whitening, problem.known  # made before the threads ask for them
+    beside = None if added is None else _by_stretch(problem, added)
     size = columns * sum(s.steps for s in problem.stretches)
     workers = granted() if size >= WORTH_SHARING else 1
     shares = [
@@ -185,7 +198,7 @@ def moments(
         for part in _shares(problem, k, workers)
     ]
     done = abreast(
-        lambda share: _of_windows(problem, structure, hidden, first, columns, *share), shares, workers
+        lambda share: _of_windows(problem, structure, hidden, first, columns, beside, *share), shares, workers
     )
     matrices = np.empty((len(problem.windows), *done[0][0].shape[1:]))
     raw: list[FloatArray] = [np.zeros(0)] * len(problem.windows)
@@ -205,38 +218,17 @@ def _shares(problem: Problem, stretch: int, workers: int) -> list[list[int]]:
     return [mine[k : k + size] for k in range(0, len(mine), size)]
 
 
+def _by_stretch(problem: Problem, errors: Sequence[FloatArray]) -> list[FloatArray]:
+    """Errors (m, 2) of every window in the rows of their stretches' samples."""
+    every: list[FloatArray] = [np.zeros((len(s.samples.t), 2)) for s in problem.stretches]
+    for w, e in zip(problem.windows, errors, strict=True):
+        every[w.stretch][w.samples] = e
+    return every
+
+
 def _nothing(stretches: int) -> list[tuple[Along, FloatArray]]:
     """The directions of so many stretches where no parameter moves."""
     return [(nothing_along(kernel.NX + 1), no_sensors(kernel.NX + 1))] * stretches
-
-
-def along_all(
-    problem: Problem, structure: Structure, p: FloatArray, driven: Sequence[Drive]
-) -> list[tuple[Along, FloatArray]]:
-    """The directions of all parameters in every stretch, for the compiled code."""
-    every = all_directions(structure, p, problem.stretches, driven)
-    return [along_of(structure, ways, d) for ways, d in zip(every, driven, strict=True)]
-
-
-def along_of(structure: Structure, d: Directions, here: Drive) -> tuple[Along, FloatArray]:
-    """The directions of all parameters, in the order of the slots after the first state, for the compiled code.
-
-    The second, (9, width), are the derivatives of the sensors' parameters along them.
-    """
-    tape, equation = structure.table.tape, structure.table.equation_of
-    simple, general = structure.simple, structure.general
-    plain = structure.layout.plain
-    moved, which = np.nonzero(d.coefficients)
-    value = tape.value.astype(np.int64)
-    width = padded(kernel.NX + len(structure.slots) + 1)
-    current, sensor = np.zeros((2, width)), np.zeros((kernel.NM, width))
-    current[:, kernel.NX + general], sensor[:, kernel.NX + general] = d.current, d.sensor
-    along = Along(
-        kernel.NX + simple, value[plain], equation[plain], here.factor[plain], kernel.NX + general[moved], value[which],
-        equation[which], d.coefficients[moved, which], kernel.NX + general, d.driven[:, 0].copy(),
-        kernel.NX + general[d.driven[:, 1]], d.values, d.slopes, current,
-    )  # fmt: skip
-    return along, sensor
 
 
 def _of_windows(
@@ -245,6 +237,7 @@ def _of_windows(
     hidden: Whitening | None,
     first: FloatArray,
     columns: int,
+    beside: list[FloatArray] | None,
     d: Drive,
     along: tuple[Along, FloatArray],
     part: IntArray,
@@ -260,10 +253,13 @@ def _of_windows(
     if hidden is not None:
         basis, shrink = hidden.rows(windows[0].stretch), np.ascontiguousarray(hidden.shrink[part])
     known = problem.known[windows[0].stretch]
+    sensing = sensing_of(problem.inflation, stretch, d.sensor, along[1], known)
+    if beside is not None:
+        more = beside[windows[0].stretch] / sensing.weight[:, None]
+        sensing = sensing._replace(value=sensing.value + more)
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-        along[0], sensing_of(problem.inflation, stretch, d.sensor, along[1], known),
-        basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
+        along[0], sensing, basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
         work_for(width, shrink.shape[1], known.states), found, errors, 0, np.zeros((0, 2, 0)),
     )  # fmt: skip
     return found, errors
@@ -275,7 +271,7 @@ def tangents_of(problem: Problem, structure: Structure, p: FloatArray, first: Fl
     columns = slice(0, kernel.NX + len(structure.slots))
     driven = drives(structure, p, problem.stretches)
     first, unit = begun(problem, structure, driven, first)
-    along_every = along_all(problem, structure, p, driven)
+    along_every = along_all(structure, p, problem.stretches, driven)
     for number, (stretch, d) in enumerate(zip(problem.stretches, driven, strict=True)):
         mine = [k for k, w in enumerate(problem.windows) if w.stretch == number]
         if not mine:

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from identify import kernel, tangents
 from identify.aligned import LINE, zeros
 from identify.angles import cosine_and_sine
+from identify.compiled import along_of
 from identify.directions import directions
 from identify.drive import drive
 from identify.effect import Active, Variant
@@ -25,7 +26,6 @@ from identify.simd import load, store
 from identify.stretch import Samples, Stretch
 from identify.tangents import padded, run_for
 from identify.term import factors_of
-from identify.windows import along_of
 from preprocess.trial import Measurement
 
 STEPS, STEP = 60, 0.1
