@@ -41,9 +41,10 @@ def sender_of(log: Log, source: Source) -> str:
 
 
 def _first_of_epoch(log: Log, topic: str) -> str:
-    """The first, by name, of the topics that have the stamps of one, but for some that were lost."""
-    stamps = log.tables[topic].index.to_numpy()
-    return min(t for t, table in log.tables.items() if t == topic or _same(stamps, table.index.to_numpy()))
+    """The first, by name, of the topics that have the stamps of one, but for some that were lost; of sensors' first."""
+    stamps, sensors = log.tables[topic].index.to_numpy(), {s.topic for s in log.sources}
+    same = [t for t, x in log.tables.items() if t == topic or _same(stamps, x.index.to_numpy())]
+    return min(same, key=lambda t: (t not in sensors, t))
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

@@ -9,6 +9,7 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from capture_samples import SCRIPT, capturing, ended, lines_until
 
@@ -18,6 +19,8 @@ from fixtures.effects import Effect, World
 from fixtures.sensors import Sensor, Suite
 from ingest import read_log
 from ingest.errors import CampaignError, UsageError
+from ingest.log import Source
+from preprocess import vessel
 from seatrial.campaign import load_campaign
 from seatrial.capture.decoders import Tables, decoder_for
 from seatrial.online.declared import declared_campaign
@@ -198,6 +201,25 @@ def test_sources_are_chosen_over_all_ports(calm):
             found |= {r.quantity for r in tap.take(port, Tables(part, tables.units, sources))}
     assert found >= {"position", "heading", "yaw_rate", "rudder", "propeller"}
     assert (tap.plan["heading"].port, tap.plan["rudder"].port) == ("gps", "pilot")
+
+
+@pytest.mark.parametrize(("declared", "receiver"), [(None, 1), (0, 0), (1, 1)])
+def test_a_velocity_is_that_of_the_receiver_whose_positions_are_taken(calm, declared, receiver):
+    campaign, log, *_ = calm
+    sensors = () if declared is None else (vessel.Sensor("position", source=declared),)
+    tap = Tap(replace(campaign, sensors=sensors))
+    for tables in list(batches(log))[:30]:
+        own = {k: tables.tables[k] for k in tables.tables if k != "GGA"}
+        sources = [s for s in tables.sources if s.topic in own and s.quantity not in ("position", "velocity")]
+        for k in (0, 1):
+            t = tables.tables["GGA"].index
+            own[f"fix[{k}]"] = pd.DataFrame({"lat": 54.0, "lon": 10.0, "vn": 1.0 + k, "ve": 0.0}, index=t)
+            where = {"latitude": "lat", "longitude": "lon"}
+            sources.append(Source("position", f"fix[{k}]", where, "deg", k, 50.0 + k))
+            velocity = {"north": "vn", "east": "ve"}
+            sources.append(Source("velocity", f"fix[{k}]", velocity, "m/s", k, 60.0))
+        tap.take("gps", Tables(own, tables.units, tuple(sources)))
+    assert {tap.plan[q].topic for q in ("position", "velocity")} == {f"fix[{receiver}]"}
 
 
 def test_nothing_is_lost_where_every_record_comes_alone(calm):

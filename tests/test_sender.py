@@ -60,6 +60,14 @@ def test_topics_with_the_stamps_of_one_epoch_have_one_sender():
     assert len({said["/gnss/fix"], said["/dvl"], said["/fast"]}) == 3
 
 
+def test_a_sender_is_named_after_a_sensor_not_after_an_input_that_is_logged_with_it():
+    tables = {"/command": FIX, "/gnss/fix": FIX, "/gnss/vel": FIX}
+    position = Source("position", "/gnss/fix", POSITION, "deg")
+    velocity = Source("velocity", "/gnss/vel", OVER_GROUND, "deg")
+    log = Log(Path("a"), "made", tables, {}, sources=(position, velocity))
+    assert {sender_of(log, position), sender_of(log, velocity)} == {"/gnss/fix"}
+
+
 @pytest.mark.parametrize(
     ("topic", "own", "late"), [("position", None, 0.4), ("vtg", None, 0.0), ("position", 0.1, 0.1)]
 )

@@ -15,10 +15,11 @@ import pandas as pd
 
 from ingest.errors import MissingSignal
 from ingest.log import Log, Source
+from ingest.sender import sender_of
 from preprocess import frames
 from preprocess.actuators import read_input
 from preprocess.raw import Raw, read_raw
-from preprocess.resolve import source_of
+from preprocess.resolve import chosen, of_one_receiver, source_of
 from preprocess.rounding import resolution
 from preprocess.trials import METRES_PER_DEGREE, NEEDED
 from preprocess.vessel import Input, Sensor
@@ -102,6 +103,8 @@ class Tap:
             options = [
                 (p, s) for p, log in logs.items() if (s := _source(log, quantity, sensors.get(quantity)))
             ]
+            if quantity == "velocity" and "position" in found and not chosen(sensors.get(quantity)):
+                options = _of_one_receiver(options, logs, found["position"])
             if options:
                 port, source = max(options, key=lambda o: o[1].rank)
                 found[quantity] = Taken(port, source.topic, _with_unit(logs[port], source))
@@ -167,6 +170,15 @@ def _source(log: Log, quantity: str, sensor: Sensor | None) -> Source | None:
         return source_of(log, quantity, sensor)
     except MissingSignal:
         return None
+
+
+def _of_one_receiver(
+    options: list[tuple[str, Source]], logs: Mapping[str, Log], position: Taken
+) -> list[tuple[str, Source]]:
+    """Ports and sources of a velocity; at the port of the positions that of their receiver, or none of its kind."""
+    sender = sender_of(logs[position.port], position.source)
+    own = [(p, of_one_receiver(logs[p], s, sender) if p == position.port else s) for p, s in options]
+    return [(p, s) for p, s in own if s is not None]
 
 
 def _with_unit(log: Log, source: Source) -> Source:
