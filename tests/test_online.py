@@ -9,7 +9,6 @@ import time
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from capture_samples import SCRIPT, capturing, ended, lines_until
 
@@ -212,8 +211,7 @@ def test_a_velocity_is_that_of_the_receiver_whose_positions_are_taken(calm, decl
         own = {k: tables.tables[k] for k in tables.tables if k != "GGA"}
         sources = [s for s in tables.sources if s.topic in own and s.quantity not in ("position", "velocity")]
         for k in (0, 1):
-            t = tables.tables["GGA"].index
-            own[f"fix[{k}]"] = pd.DataFrame({"lat": 54.0, "lon": 10.0, "vn": 1.0 + k, "ve": 0.0}, index=t)
+            own[f"fix[{k}]"] = tables.tables["GGA"][[]].assign(lat=54.0, lon=10.0, vn=1.0 + k, ve=0.0)
             where = {"latitude": "lat", "longitude": "lon"}
             sources.append(Source("position", f"fix[{k}]", where, "deg", k, 50.0 + k))
             velocity = {"north": "vn", "east": "ve"}
