@@ -5,12 +5,14 @@ from __future__ import annotations
 import pytest
 from identification_samples import trials_of
 
+from fixtures.effects import Effect
 from identify.effects import EFFECTS
 from identify.prepare import prepare
 from identify.richer_model import richer_model
-from validate.analysis import analyse
+from validate import analysis
 from validate.candidates import candidates
 from validate.diagnosis import Verdict
+from validate.loop import search
 
 
 def lacking(vessel, model, *effects):
@@ -40,10 +42,21 @@ def test_a_model_with_the_terms_that_it_lacks_has_the_name_of_the_one_that_has_t
     assert richer_model(lacking(vessel, model, *effects)) == richer
 
 
-def test_a_model_that_was_chosen_grows_and_one_that_was_declared_does_not():
-    _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 45.0, 4)
-    chosen, declared = (analyse(trials, model="linear", grows=grows) for grows in (True, False))
+def test_a_model_that_was_chosen_grows_with_what_else_it_lacks_and_one_that_was_declared_does_not(
+    monkeypatch,
+):
+    searches = []
+    monkeypatch.setattr(analysis, "search", lambda *a: searches.append(a) or search(*a))
+    current = Effect("current", {"speed": 0.2, "direction": 1.0})
+    _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 45.0, 4, (current,))
+    chosen = analysis.analyse(trials, model="linear", grows=True)
     assert chosen.before.model == "modulus"
-    assert chosen.diagnosis.verdict is Verdict.ADEQUATE
+    assert chosen.diagnosis.verdict is Verdict.EXPLAINED
+    [effect] = chosen.diagnosis.effects
+    values = {p.name: p.value for p in effect.fitted.parameters}
+    assert values == pytest.approx({"speed": 0.2, "direction": 1.0}, rel=0.05)
+    assert [r.accepted for r in chosen.diagnosis.rounds if r.accepted] == ["current"]
+    assert len(searches) == 1, "what was found beside the terms was looked for again"
+    declared = analysis.analyse(trials, model="linear")
     assert declared.before.model == "linear"
-    assert [e.fitted.name for e in declared.diagnosis.effects] == ["quadratic_damping"]
+    assert {e.fitted.name for e in declared.diagnosis.effects} == {"quadratic_damping", "current"}

@@ -24,6 +24,7 @@ from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.begins import begun_in
 from validate.diagnosis import Diagnosis, Validation
+from validate.grown import grown
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import Outcome, search
 from validate.pace import Pace
@@ -83,7 +84,9 @@ def analyse(
     prepared, declared, outcome = _identify(trials, model, estimator, optimiser, seed, loop, progress)
     richer = richer_model(outcome.fitted.solution.structure) if grows and outcome else None
     if richer:
-        prepared, declared, outcome = _identify(trials, richer, estimator, optimiser, seed, loop, progress)
+        prepared, declared, outcome = _identify(
+            trials, richer, estimator, optimiser, seed, loop, progress, outcome
+        )
     if outcome:
         outcome = replace(outcome, fitted=begun_in(outcome.fitted, prepared.validate))
     windowed = _windowed(estimator, optimiser)
@@ -168,7 +171,9 @@ def _identify(
     seed: int,
     loop: bool,
     progress: Progress,
+    found: Outcome | None = None,
 ) -> tuple[Prepared, Fitted, Outcome | None]:
+    """The declared model's fit, and what it lacks; ``found`` is what a simpler one was found to lack."""
     progress("identify", "", 0.0)
     progress("identify", "how the inputs act", 0.02)
     prepared = prepare_best(trials, _model(trials, model))
@@ -182,7 +187,8 @@ def _identify(
     if _windowed(estimator, optimiser):
         begin = declared = with_waves_known(declared)
         prepared = replace(prepared, identify=in_swell(prepared.identify, declared.problem.swell))
-    outcome = search(prepared, begin, Pace(partial(progress, "diagnose")))
+    pace = Pace(partial(progress, "diagnose"))
+    outcome = (grown(prepared, found, pace) if found else None) or search(prepared, begin, pace)
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
 
