@@ -39,13 +39,13 @@ def begin_windows(
 
     Raises
     ------
-    NotIdentifiable : if it runs away even so
+    NotIdentifiable : if it runs away even so, or no window is long enough for more than a few samples
     """
     bare = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
     for q, part in ((p, 1.0), (p, 0.4), (bare, 1.0)):
         problem = cut(stretches, part * length)
-        found = settled(problem, structure, q)
-        if np.isfinite(found.cost):
+        found = settled(problem, structure, q) if problem.windows else None
+        if found and np.isfinite(found.cost):
             return problem, found
     raise NotIdentifiable(RAN_AWAY)
 

@@ -15,6 +15,8 @@ from identify.effects import EFFECTS
 from identify.effects.hull import CROSS_TERMS, ROLL_COUPLING
 from identify.fitted import Fitted
 from identify.prepare import prepare
+from identify.rough_fit import roughly_from
+from ingest.errors import NotIdentifiable
 from validate.candidates import candidates, screen
 from validate.refits import refit
 from validate.scan import MUCH, gain_and_value
@@ -76,6 +78,14 @@ def test_without_a_roll_there_is_none_that_the_accelerations_want():
     structure, p = with_roll(fit)
     gain, _ = gain_and_value(structure, fit.problem.stretches, p)
     assert gain < MUCH
+
+
+def test_windows_of_a_quick_roll_that_hold_hardly_a_sample_are_no_begin():
+    fit = rolling(None, "usv")
+    structure, p = with_roll(fit)
+    p[[s.name == "frequency" for s in structure.slots]] = 3.0
+    with pytest.raises(NotIdentifiable):
+        roughly_from(structure, fit.problem.stretches, p, 0.2)
 
 
 def test_only_a_roll_swings():
