@@ -19,10 +19,13 @@ QUANTITIES = ("position", "heading", "yaw_rate", "velocity", "wind", "depth")
 INPUT_NAMES = re.compile(
     r"servo\d+_raw$|^RCOU\d?\.C\d+$|actuator_(outputs|motors|servos)|rudder|helm|steer|tiller|throttle|thrust|"
     r"azimuth|pod ?\d*[ _.](angle|speed|rpm)|nozzle|bucket|propeller|\brpm|rpm$|motor\d|"
-    r"(^|[./])(port|starboard|stbd|bow|stern|left|right)(_N)?$|"
+    r"(^|[./_])(port|starboard|stbd|bow|stern|left|right)(_N)?$|"
+    r"(^|[/_])(cmd|commands?|actuators?|thrusters?)(/[^.]*)?$|"
     r"(^|[./])(n|delta)\d?(_(port|starboard|stbd|deg|rad|rps|rpm))?$",
     re.IGNORECASE,
 )
+#: What a message that holds nothing but numbers calls them: its topic says what they are.
+NUMBERS = re.compile(r"\.data(\[\d+\])?$")
 #: Signals that such names hit although they hold none.
 NO_INPUT = re.compile(
     r"trim|target|limit|temp|volt|curr|status\.(?!esc)|stamp|time_|fail|max|min|version|order|gain|reset|instance|"
@@ -174,9 +177,19 @@ def detected(log: Log, quantity: str, source: Source) -> Candidate:
     names = " + ".join(f"{prefix}{f}" for f in source.fields.values())
     ends = range_of(table[next(iter(source.fields.values()))]) if len(source.fields) == 1 else (None, None)
     rate = rate_of(table.dropna(subset=list(source.fields.values())))
-    units = dict.fromkeys(log.units.get((source.topic, f), "") for f in source.fields.values())
-    unit = ", ".join(u for u in units if u) if len(units) > 1 else source.unit
+    unit = unit_of(log, source)
     return Candidate(quantity, names, unit, source.device, rate, *ends, quality=quality_of(source, table))
+
+
+def unit_of(log: Log, source: Source) -> str:
+    """The unit of a source; of a speed and an angle both, in the order of their names."""
+    units = dict.fromkeys(log.units.get((source.topic, f), "") for f in source.fields.values())
+    if len(units) > 1:
+        return ", ".join(u for u in units if u)
+    speed = source.options.get("speed_unit")
+    if speed and "speed" in source.fields and len(source.fields) > 1:
+        return ", ".join(str(speed) if k == "speed" else source.unit for k in source.fields)
+    return source.unit
 
 
 def quality_of(source: Source, table: pd.DataFrame) -> str:
@@ -215,7 +228,8 @@ def named_inputs(log: Log) -> Iterator[Candidate]:
     for topic, table in log.tables.items():
         for column in map(str, table.columns):
             signal = f"{topic}.{column}" if topic else column
-            if column == SOURCE or not INPUT_NAMES.search(signal) or NO_INPUT.search(signal):
+            named = NUMBERS.sub("", signal)
+            if column == SOURCE or not INPUT_NAMES.search(named) or NO_INPUT.search(signal):
                 continue
             unit = log.units.get((topic, column), "")
             for name, values in elements(signal, table[column]):

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from ingest.errors import UsageError
-from ingest.log import Log
+from ingest.log import Log, Source
 from seatrial.cli.inspect_command import as_json
 from seatrial.inspection import inspect_log
 from seatrial.reader_choice import KEYS, ReaderChoice, checked_dbc, chosen_for, dialect_of
@@ -153,3 +153,29 @@ def test_where_satellites_stand_is_no_input():
     turning = pd.DataFrame({"azimuth": np.linspace(0.0, 1.0, 5)}, index=index)
     log = Log(Path("x"), "trc", {"gnssSatsInView": turning, "thruster": turning})
     assert [c.signal for c in inspect_log(log).candidates] == ["thruster.azimuth"]
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "is_one"),
+    [
+        ("/cmd/port", "data", True),
+        ("/delta/cmd", "data", True),
+        ("/actuators/cmd", "data[1]", True),
+        ("", "c_stbd", True),
+        ("/cmd_vel", "twist.linear.x", False),
+        ("/depth", "data", False),
+        ("/actuators/cmd", "layout.data_offset", False),
+    ],
+)
+def test_a_topic_of_nothing_but_numbers_says_what_they_are(topic, field, is_one):
+    moving = pd.DataFrame({field: np.linspace(0.0, 1.0, 5)}, index=pd.Index(range(5), name="t_ns"))
+    found = [c.signal for c in inspect_log(Log(Path("x"), "mcap", {topic: moving})).candidates]
+    assert found == ([f"{topic}.{field}".lstrip(".")] if is_one else [])
+
+
+def test_a_wind_s_speed_has_a_unit_beside_its_angle_s():
+    blowing = pd.DataFrame({"speed": 5.0, "angle": 40.0}, index=pd.Index(range(5), name="t_ns"))
+    fields, options = {"speed": "speed", "direction": "angle"}, {"speed_unit": "kn", "reference": "relative"}
+    wind = Source("wind", "MWV", fields, "deg", None, 50.0, options)
+    [found] = inspect_log(Log(Path("x"), "nmea", {"MWV": blowing}, {}, sources=(wind,))).candidates
+    assert found.unit == "kn, deg"
