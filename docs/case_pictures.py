@@ -130,7 +130,7 @@ def evidence(case: Case, path: Path) -> Path:
         ax.axvline(0.0, color=MEASURED, lw=0.8)
         ax.invert_yaxis()
         ax.set_title(f"round {k + 1} of {len(rounds)}: {in_words(rounds[k]['accepted'] or 'nothing')} taken")
-        ax.set_xlabel("evidence: gain in −2 log likelihood less what chance gives")
+    figure.supxlabel("evidence: gain in −2 log likelihood less what chance gives", fontsize="medium")
     return save(figure, path)
 
 
