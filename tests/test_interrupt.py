@@ -10,10 +10,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
+from seatrial.cli.stage_lines import StageLines
 from seatrial.demonstration import demo_source
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
@@ -92,3 +94,19 @@ def test_an_interrupted_run_leaves_what_was_there_and_nothing_else(folder, stage
     assert "Traceback" not in run.said
     assert {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
     assert not list(folder.glob(".results-*"))
+
+
+def test_an_interrupt_that_a_library_keeps_to_itself_ends_the_run_at_its_next_step():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), StageLines(quiet=True) as progress:
+            progress("ingest")
+            with suppress(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(5.0)
+            progress("preprocess")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        with StageLines(quiet=True) as progress:
+            progress("ingest")
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -19,6 +19,7 @@ from rich.progress import (
 )
 
 from seatrial.cli.compiling import told_of_compiling
+from seatrial.cli.interrupt import remembered_interrupt
 
 NAMES = {
     "ingest": "Reading",
@@ -61,6 +62,7 @@ class StageLines:
 
     def __enter__(self) -> StageLines:
         self.bars.start()
+        self.stop_if_asked = self.until_the_end.enter_context(remembered_interrupt())
         self.listen = self.until_the_end.enter_context(told_of_compiling(self._compiling))
         return self
 
@@ -73,7 +75,8 @@ class StageLines:
         self.bars.stop()
 
     def __call__(self, stage: str, text: str = "", fraction: float | None = None) -> None:
-        """Show how far a stage is; the bar pulses until the stage tells how far it is."""
+        """Show how far a stage is; the bar pulses until the stage tells how far. Ctrl-C that was heard ends it."""
+        self.stop_if_asked()
         self.listen()
         if stage != self.stage:
             self.finish()
