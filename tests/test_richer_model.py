@@ -48,7 +48,7 @@ def test_a_model_that_was_chosen_grows_with_what_else_it_lacks_and_one_that_was_
     searches = []
     monkeypatch.setattr(analysis, "search", lambda *a: searches.append(a) or search(*a))
     current = Effect("current", {"speed": 0.2, "direction": 1.0})
-    _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 45.0, 4, (current,))
+    _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 30.0, 4, (current,))
     chosen = analysis.analyse(trials, model="linear", grows=True)
     assert chosen.before.model == "modulus"
     assert chosen.diagnosis.verdict is Verdict.EXPLAINED
