@@ -17,6 +17,7 @@ from identify.base_fit import fit_from_scratch, fit_states
 from identify.first_states import first_states
 from identify.fitted import NEAR, Fitted
 from identify.prepare import prepare
+from validate import swell
 from validate import waves as searched
 from validate.error_spectra import TAPERS, spectra_of
 from validate.pace import Pace
@@ -307,3 +308,17 @@ def test_a_helmsman_who_answers_the_waves_does_not_make_them(share, mostly):
     spectra = SimpleNamespace(rate=wave[:, None, None], done=rudder[:, None, None])
     assert _goes_with(spectra, 0, 0)
     assert _goes_with(spectra, 0, 0, mostly=True) == mostly
+
+
+@pytest.mark.parametrize(
+    ("without", "beside", "known"),
+    [(1.5, 1.1, True), (20.0, 2.9, False), (90.0, 2.9, True), (9000.0, 4.0, False)],
+)
+def test_waves_that_errors_only_may_show_are_known_near_the_noise_alone(monkeypatch, without, beside, known):
+    """Far from it they may stand for anything that swings, such as a ship that is unstable on course."""
+    fits = {chi2: SimpleNamespace(chi2_per_dof=chi2) for chi2 in (without, beside)}
+    monkeypatch.setattr(swell, "_bare", lambda fitted: fitted)
+    monkeypatch.setattr(swell, "_perhaps", lambda _: "waves")
+    monkeypatch.setattr(swell, "_with_likeliest_shape", lambda *_: "problem")
+    monkeypatch.setattr(swell, "_knowing", lambda *_: fits[beside])
+    assert (swell._tried(fits[without]) is fits[beside]) == known

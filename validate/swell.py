@@ -69,12 +69,17 @@ def _tried(fitted: Fitted) -> Fitted | None:
     Near it at least: far off, waves may stand for anything that swings, and hide it. What the inputs hide between their
     samples may have been taken for them.
     """
-    bare = replace(fitted, problem=_in_gusts_alone(fitted.problem))
+    bare = _bare(fitted)
     perhaps = _perhaps(bare)
     if perhaps is None:
         return None
     found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
     return found if found.chi2_per_dof < max(NEAR, min(FAR, LEFT * fitted.chi2_per_dof)) else None
+
+
+def _bare(fitted: Fitted) -> Fitted:
+    """The fit with nothing hidden but a wind's gusts."""
+    return replace(fitted, problem=_in_gusts_alone(fitted.problem))
 
 
 def _perhaps(fitted: Fitted) -> Swell | None:
