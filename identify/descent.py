@@ -123,7 +123,7 @@ class Task:
     def bent(self, here: Place, way: Way) -> Place | None:
         """The end of a way that bends as the valley does; None where it bends by more than its length, or runs away."""
         second = self._second_derivative(here, way)
-        if not all(np.isfinite(e).all() for e in second):
+        if second is None:
             return None
         matrices = here.moments.matrices.copy()
         with_it = moments(self.problem, self.structure, here.p, here.first, added=second).matrices
@@ -136,16 +136,18 @@ class Task:
         p = np.clip(way.p + 0.5 * move, self.low, self.high)
         return self.at(p, here.first + way.first + 0.5 * first)
 
-    def _second_derivative(self, here: Place, way: Way) -> list[FloatArray]:
-        """That (m, 2) of every window's errors along a way, by a central difference."""
+    def _second_derivative(self, here: Place, way: Way) -> list[FloatArray] | None:
+        """That (m, 2) of every window's errors along a way, by a central difference; None where one runs away."""
         ahead, behind = (
             moments(
                 self.problem, self.structure, here.p + part * (way.p - here.p), here.first + part * way.first,
                 held=True,
-            ).raw
+            )
             for part in (NEARBY, -NEARBY)
         )  # fmt: skip
-        between = zip(ahead, here.moments.raw, behind, strict=True)
+        if not np.isfinite(ahead.cost + behind.cost):
+            return None
+        between = zip(ahead.raw, here.moments.raw, behind.raw, strict=True)
         return [(a - 2.0 * e + b) / NEARBY**2 for a, e, b in between]
 
     def _solved(

@@ -48,9 +48,10 @@ def state_precision(structure: Structure) -> FloatArray:
 
 
 def following_states(structure: Structure, d: Drive, stretch: Stretch) -> FloatArray:
-    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion."""
+    """States (steps + 1, 2) of an effect's own oscillator, driven by the smoothed motion; NaN where it runs away."""
     own = {(t.dof, t.text): c for t, c in zip(structure.table.terms, d.coefficients, strict=True)}
-    return swung(own["e2", "e1"], own["e2", "e2"], through_water(stretch.states, d.current), stretch.h)
+    states = swung(own["e2", "e1"], own["e2", "e2"], through_water(stretch.states, d.current), stretch.h)
+    return np.where(np.abs(states) < kernel.FAR, states, np.nan)
 
 
 def swung(stiffness: float, damping: float, motion: FloatArray, h: float) -> FloatArray:

@@ -77,3 +77,11 @@ def test_a_window_that_begins_in_a_roll_that_the_motion_tells_badly_is_followed(
     bare[:, 6:] += 1.0
     assert moments(problem, s.structure, s.p, bare, held=True).cost > 3.0 * found.cost
     assert found.cost < 1.1 * s.cost
+
+
+def test_a_roll_that_grows_beyond_all_measure_costs_no_number_and_warns_of_nothing():
+    fitted = rolling()
+    s, problem = fitted.solution, fitted.problem
+    p = s.p.copy()
+    p[[q.name == "damping" for q in s.structure.slots]] = -2.0
+    assert not np.isfinite(moments(problem, s.structure, p, s.first, held=True).cost)
