@@ -108,9 +108,11 @@ def _kinds(
         kinds[record] = first + instance
         first += 1 + int(np.max(instance, initial=0))
     codes: dict[str, int] = {}
-    for rows in sentences.values():
+    for topic, rows in sentences.items():
         if "talker" in rows.table:
             device[rows.record] = _talkers(rows.table["talker"], codes)
+        elif topic.startswith("VN"):
+            device[rows.record] = codes.setdefault("VN", len(codes) + 1)
     return np.where(kinds < 0, -1, kinds * (1 + len(codes)) + device), device
 
 
