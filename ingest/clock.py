@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -139,6 +140,15 @@ def mended(
     out[bad[restart]] = t_ns[good[before[restart]]]  # nothing lies between the end of one log and the next
     message = f"{len(bad)} broken time stamps; their times were taken from the neighbours'"
     return out, [Finding("clock", message, offset=max(int(offset[bad[0]]), 0), count=len(bad))]
+
+
+def without_strays(t_ns: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[Finding]]:
+    """The same of the rows of a table, whose places in a file nobody knows; one that somebody shuffled is left alone."""
+    wrong = strays(t_ns, np.zeros(len(t_ns), dtype=bool))
+    if RARELY * wrong.sum() > len(t_ns):
+        return t_ns, []
+    out, findings = mended(t_ns, wrong, np.zeros(len(t_ns), dtype=np.int64))
+    return out, [replace(f, offset=None) for f in findings]
 
 
 def strays(t_ns: NDArray[np.int64], broken: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.loop import Outcome
 from validate.report.words import joined, percent
+from validate.slight_clocks import SLIGHT
 
 #: Inputs logged less often than every so many s are worth a word.
 SLOW = 0.15
@@ -67,6 +68,11 @@ def advice_for(
         parts.append(
             f"Not taken: {joined(outcome.unsure)}: the fit gains by it, but with what pushes the vessel unlogged its "
             "value may as well be nothing, or it moves the vessel so little that a small fault of the model would do."
+        )
+    if outcome.slight:
+        parts.append(
+            f"Stamps are off by no more than any logger's, {1e3 * SLIGHT:.0f} ms: {joined(outcome.slight)}. The fit "
+            "knows of it; it is no effect."
         )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)

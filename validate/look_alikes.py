@@ -65,8 +65,12 @@ def dropped(fitted: Fitted, index: int) -> Fitted:
 
 def _dropped(fitted: Fitted, index: int) -> Fitted:
     """The same, made anew."""
+    return refitted_as(fitted, fitted.solution.structure.without(index))
+
+
+def refitted_as(fitted: Fitted, structure: Structure) -> Fitted:
+    """The fit of another structure under the same weights; begun and, where need be, begun anew as in ``dropped``."""
     solution = fitted.solution
-    structure = solution.structure.without(index)
     p = structure.carried(solution.p, solution.structure)
     prior = prior_of(structure, p, fitted)
     found = solve(

@@ -48,7 +48,7 @@ class Outcome:
     """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
 
     ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without;
-    ``unsure``: because their own standard errors do not tell them from nothing.
+    ``unsure``: because their own standard errors do not tell them from nothing; ``slight``: no more than any log has.
     """
 
     fitted: Fitted
@@ -57,6 +57,7 @@ class Outcome:
     wiring: Wiring | None
     refuted: tuple[str, ...] = ()
     unsure: tuple[str, ...] = ()
+    slight: tuple[str, ...] = ()
 
 
 def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None) -> Outcome:
@@ -195,7 +196,7 @@ def searched_on(outcome: Outcome, barred: Names, pace: Pace) -> Outcome:
     turns = list(outcome.turns)
     fine = pruned(rounds(with_waves_known(outcome.fitted), turns, pace, barred=barred), pace)
     found = _exchanged(fine, turns, outcome.wiring, pace, barred)
-    return replace(found, refuted=outcome.refuted, unsure=outcome.unsure)
+    return replace(found, refuted=outcome.refuted, unsure=outcome.unsure, slight=outcome.slight)
 
 
 def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, barred: Names) -> Outcome:

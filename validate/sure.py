@@ -30,6 +30,7 @@ from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
 from validate.rounds import NONE, Names
+from validate.slight_clocks import slight_clocks, with_slight_clocks_known
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -66,14 +67,16 @@ def _names(fitted: Fitted) -> Names:
 
 
 def _without_unsure(outcome: Outcome, pace: Pace) -> Outcome:
-    fitted, unsure = outcome.fitted, list(outcome.unsure)
+    fitted, unsure = with_slight_clocks_known(outcome.fitted), list(outcome.unsure)
+    slight = [outcome.fitted.solution.structure.actives[k].label for k in slight_clocks(outcome.fitted)]
     while (least := _least_sure(fitted)) is not None:
         unsure.append(fitted.solution.structure.actives[least].label)
         fitted = dropped(fitted, least)
     if fitted is outcome.fitted:
         return outcome
     standing = all_standing(fitted, outcome.wiring, pace)
-    return replace(outcome, fitted=fitted, standing=standing, unsure=tuple(unsure))
+    slight = [*outcome.slight, *slight]
+    return replace(outcome, fitted=fitted, standing=standing, unsure=tuple(unsure), slight=tuple(slight))
 
 
 def _least_sure(fitted: Fitted) -> int | None:

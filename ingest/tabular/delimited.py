@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from ingest.clock import continue_clock
+from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.tabular.dialect import HEAD, Dialect, detect, encoding_of
@@ -92,7 +92,8 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
     findings = _timeless(clock)
     table = table if clock.good.all() else table[clock.good]
-    ns, clock_findings = continue_clock(clock.ns[clock.good])
+    ns, strayed = without_strays(clock.ns[clock.good])
+    ns, clock_findings = continue_clock(ns)
     table = table.set_axis(pd.Index(ns, name="t_ns"), axis=0)
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
     sources = sources_of(table, units, topic)
@@ -100,7 +101,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         tables={topic: table},
         units={(topic, c): u for c, u in stated.items() if u},
         utc_of_index_zero_ns=0 if clock.utc else None,
-        findings=(*findings, *clock_findings, *_guessed(sources)),
+        findings=(*findings, *strayed, *clock_findings, *_guessed(sources)),
         messages=len(table),
         sources=sources,
     )
