@@ -143,7 +143,7 @@ def mended(
 
 
 def without_strays(t_ns: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[Finding]]:
-    """The same of the rows of a table, whose places in a file nobody knows; one that somebody shuffled is left alone."""
+    """The same of a table's rows, whose places in a file nobody knows; one that somebody shuffled is left alone."""
     wrong = strays(t_ns, np.zeros(len(t_ns), dtype=bool))
     if RARELY * wrong.sum() > len(t_ns):
         return t_ns, []
