@@ -125,3 +125,27 @@ def test_a_direction_that_nothing_tells_counts_for_nothing_however_far_it_is_off
     covariance, off = np.diag([1e-310, 4.0]), np.array([1e200, 2.0])
     assert _wald(covariance, np.array([0, 1]), off) == pytest.approx(1.0)
     assert _wald(covariance, np.array([0]), off[:1]) == 0.0
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.012, False), (0.12, True)])
+def test_stamps_that_are_off_as_little_as_any_are_known_in_the_fit_and_no_effect(late, told):
+    truth = (
+        Effect("clock_offset", {"offset": late}, None, {"stream": "position"}),
+        Effect("thrust_asymmetry", {"ratio": 0.8}, "left"),
+    )
+    _, trials = trials_of("catamaran", ("zigzag", "random", "random"), 60.0, 3, truth)
+    prepared = prepare(trials, "modulus")
+    structure = prepared.structure
+    for label in ("clock_offset (position)", "thrust_asymmetry (left)"):
+        structure = structure.with_effect(next(a for a in candidates(prepared.structure) if a.label == label))
+    p = null_parameters(structure)
+    p[[s.name == "offset" for s in structure.slots]] = late
+    p[[s.name == "ratio" and s.effect >= 0 for s in structure.slots]] = 0.8
+    fitted = fit_from_scratch(structure, prepared.identify, p, rounds=1)
+    standing = tuple(Standing(a, 1e4, 1e-9, ()) for a in structure.actives)
+    found = surely(Outcome(fitted, (), standing, None))
+    assert [s.active.effect.name for s in found.standing] == ["clock_offset"] * told + ["thrust_asymmetry"]
+    assert found.slight == (() if told else ("clock_offset (position)",))
+    assert found.fitted.chi2_per_dof == pytest.approx(fitted.chi2_per_dof, abs=0.01)
+    ratio = found.fitted.solution.structure.values(found.fitted.solution.p, int(told))["ratio"]
+    assert ratio == pytest.approx(0.8, abs=0.01)

@@ -31,6 +31,6 @@ def with_slight_clocks_known(fitted: Fitted) -> Fitted:
     if not slight:
         return fitted
     actives = tuple(a for k, a in enumerate(structure.actives) if k not in slight)
-    sensors = {s: SLIGHT for s in ("heading", "yaw_rate") if s in structure.setting.streams}
+    sensors: dict[str, float] = {s: SLIGHT for s in ("heading", "yaw_rate") if s in structure.setting.streams}
     unsure = sensors | {s: max(sd, sensors.get(s, 0.0)) for s, sd in structure.unsure.items()}
     return refitted_as(fitted, replace(structure, actives=actives, unsure=unsure))
