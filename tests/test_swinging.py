@@ -7,7 +7,7 @@ import pytest
 
 from validate import swinging
 from validate.look_alikes import margin_for
-from validate.search_ends import nearest, total
+from validate.search_ends import fallen, nearest, total
 from validate.swinging import FEW, MORE, searched_swinging
 
 
@@ -53,3 +53,25 @@ def test_a_rival_may_lack_what_a_parameter_more_makes_of_chance_and_of_all_it_co
     assert margin_for(-2, 10_000) == 2.0  # a richer one must be likelier by what chance gives it
     assert margin_for(2, 10_000) == pytest.approx(6.0 + 2.0 * np.log(10_000))
     assert margin_for(1, 3) == 8.0
+
+
+@pytest.mark.parametrize(
+    ("costs", "steps"),
+    [
+        ((100.0, 90.0, 1.0), 2),  # hardly falls
+        ((1000.0, 100.0, 1.0), 2),  # falls, and is far from the base's
+        ((100.0, 30.0, 1.0), 2 + 8),
+        ((np.nan, 30.0, 1.0), 2 + 8),  # what ran away at first
+        ((100.0, np.nan, 1.0), 2),
+    ],
+)
+def test_a_search_that_still_falls_fast_where_the_base_is_goes_on(costs, steps):
+    taken, left = [], iter(costs)
+
+    def search(p, first, budget):
+        taken.append(budget)
+        return ended(next(left))
+
+    found = fallen(search, (0.0, None), 5.0)
+    assert sum(taken) == steps
+    assert found.total == costs[len(taken) - 1] or np.isnan(found.total)

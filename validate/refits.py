@@ -28,7 +28,7 @@ from validate.candidates import Screened, prior_of, thinned
 from validate.other_start import other_start
 from validate.pace import Pace
 from validate.scan import WORTH
-from validate.search_ends import total
+from validate.search_ends import fallen, total
 from validate.swing_scan import swings, wanted_swings
 from validate.swinging import searched_swinging
 
@@ -48,8 +48,8 @@ MANY = 10
 FIRST = 10
 #: Steps in which forces are found for a wind or a roll that stays as it was looked at.
 FORCED = 3
-#: Steps from another begin before it is held against the base's own; where that is lost, the way may be longer.
-BRIEFLY, LONGER_WAY = 2, 8
+#: Steps from another begin of a base that is near and lost.
+LONGER_WAY = 8
 #: What swings is searched for so many times as long.
 LONGER = 3
 #: So many are refitted beside each other before one is given up because it cannot reach what another has.
@@ -119,10 +119,11 @@ def forces_waiting(structure: Structure, p: FloatArray) -> BoolArray:
 def _anew(
     search: Callable[..., Solution], structure: Structure, screened: Screened, base: Fitted
 ) -> Solution:
-    """The best of a few steps from where a candidate may begin anew; of more from a base that is near and lost."""
+    """A few steps from where a candidate may begin anew, or some more; of more from a base that is near and lost."""
     if not swings(structure):
         lost = base.chi2_per_dof < FAR and is_lost(base)
-        return search(*other_start(structure, screened, base), budget=LONGER_WAY if lost else BRIEFLY)
+        start = other_start(structure, screened, base)
+        return search(*start, budget=LONGER_WAY) if lost else fallen(search, start, base.solution.total)
     if converges(base):
         return searched_swinging(search, structure, base.problem, (screened.unmoved,))
     found = wanted_swings(structure, base.problem.stretches, screened.unmoved)
