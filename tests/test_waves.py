@@ -19,7 +19,7 @@ from identify.fitted import NEAR, Fitted
 from identify.prepare import prepare
 from validate import swell
 from validate import waves as searched
-from validate.error_spectra import TAPERS, spectra_of
+from validate.error_spectra import TAPERS, _transform, spectra_of
 from validate.pace import Pace
 from validate.peaks import around_of, core_of
 from validate.refits import under
@@ -322,3 +322,22 @@ def test_waves_that_errors_only_may_show_are_known_near_the_noise_alone(monkeypa
     monkeypatch.setattr(swell, "_with_likeliest_shape", lambda *_: "problem")
     monkeypatch.setattr(swell, "_knowing", lambda *_: fits[beside])
     assert (swell._tried(fits[without]) is fits[beside]) == known
+
+
+@pytest.mark.parametrize("ticks", [(0.05,) * 6 + (0.075,), (0.05,) * 5 + (0.1,), (0.1,)])
+def test_a_slow_line_shows_once_however_a_logger_ticks(ticks):
+    t = np.cumsum(np.tile(ticks, 420 // len(ticks)))
+    omega = np.linspace(0.5, 20.0, 400)
+    line = np.cos(1.17 * t)[:, None]
+    power = np.sum(np.abs(_transform(t, line, t[0], t[-1], omega)) ** 2, axis=(0, 2))
+    assert omega[np.argmax(power)] == pytest.approx(1.17, abs=0.2)
+    assert power[omega > 5.0].max() < 3e-5 * power.max()
+
+
+def test_white_noise_has_its_own_density_at_even_times():
+    t = 0.1 * np.arange(600)
+    noise = np.random.default_rng(3).standard_normal((600, 40))
+    omega = np.linspace(2.0, 20.0, 60)
+    power = np.mean(np.abs(_transform(t, noise, t[0], t[-1], omega)) ** 2, axis=(0, 2))
+    assert power[:20].mean() == pytest.approx(0.1, rel=0.06)
+    assert power[-20:].mean() == pytest.approx(0.1, rel=0.06)

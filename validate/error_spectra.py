@@ -192,14 +192,32 @@ def _merged(estimates: Sequence[tuple[ComplexArray, FloatArray]]) -> ComplexArra
 def _transform(
     t: FloatArray, values: FloatArray, begin: float, end: float, omega: FloatArray
 ) -> ComplexArray:
-    """Fourier amplitudes (tapers, f, c) of values (n, c) at any times, a parabola taken off; |·|² per Hz, two-sided."""
+    """Fourier amplitudes (tapers, f, c) of values (n, c) at any times, a parabola taken off; |·|² per Hz, two-sided.
+
+    Between samples the tapered values go straight, and that is transformed as it is: by the jumps of its slope. At even
+    times the sum over the samples is that over sinc². At others a sum shows a slow line once more, where the pattern of
+    the times has one (a logger that writes at the ticks of a slower clock has two kinds of intervals), and
+    accelerations grow with the square of frequency.
+    """
     x = (t - begin) / (end - begin)
     parabola = np.vander(x - 0.5, 3)
     rest = values - parabola @ np.linalg.lstsq(parabola, values, rcond=None)[0]
-    tapers = np.sin(np.pi * np.arange(1, TAPERS + 1)[:, None] * x) * np.sqrt(2.0 * (end - begin)) / len(t)
-    wave = np.exp(-1j * np.outer(omega, t - begin))
+    tapers = np.sin(np.pi * np.arange(1, TAPERS + 1)[:, None] * x) * np.sqrt(2.0 / (end - begin))
     tapered = np.moveaxis(tapers[:, :, None] * rest, 0, 1).reshape(len(t), -1)
-    return np.moveaxis((wave @ tapered).reshape(len(omega), TAPERS, -1), 1, 0)
+    wave = np.exp(-1j * np.outer(omega, t - begin))
+    usual = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    straight = (omega * np.sinc(omega * usual / (2.0 * np.pi)))[:, None] ** 2
+    return np.moveaxis((wave @ _bends(t, tapered) / -straight).reshape(len(omega), TAPERS, -1), 1, 0)
+
+
+def _bends(t: FloatArray, values: FloatArray) -> FloatArray:
+    """Jumps (n, c) of the slopes of straight lines through values (n, c), which are nothing before and after.
+
+    Before the first and after the last they go down over an interval as long as the next.
+    """
+    step = np.maximum(np.diff(t), 1e-9)
+    ends = (values[:1] / step[:1, None], -values[-1:] / step[-1:, None])
+    return np.diff(np.concatenate([ends[0], np.diff(values, axis=0) / step[:, None], ends[1]]), axis=0)
 
 
 def _deeds(structure: Structure, stretch: Stretch, states: FloatArray, t: FloatArray) -> FloatArray:
