@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marine_samples import nmea, pvt
 
 from ingest.marine.cadence import by_rate
 from ingest.marine.epochs import UNKNOWN, spread
+from ingest.marine.stream import decode_stream
 
 SECOND = 1_000_000_000
 
@@ -85,3 +87,14 @@ def test_a_long_log_without_a_rate_keeps_its_bounds():
     said = ~np.isnan(found)
     assert (np.abs(found - lower - 0.5)[said] <= 0.5 + 1e-6).all()
     assert unsure.max() <= 0.5 + 1e-6
+
+
+def test_an_attitude_sensor_without_stamps_runs_by_itself_beside_a_receiver():
+    fixes = 43200.0 + 0.125 * np.arange(400)
+    turns = 43200.04 + 0.1003 * np.arange(480)
+    attitude = "VNYMR,{:+08.3f},+000.5,-000.8,+0.2,+0.0,+0.4,+0.1,+0.1,-9.8,+0.001,-0.002,+0.021"
+    sent = [(t, pvt(t)) for t in fixes] + [(t, nmea(attitude.format(k / 10.0))) for k, t in enumerate(turns)]
+    tables = decode_stream(b"".join(record for _, record in sorted(sent))).tables
+    fixed, told = (tables[name].index.to_numpy() / SECOND for name in ("NAV-PVT", "VNYMR"))
+    np.testing.assert_allclose(told - fixed[0], turns - fixes[0], rtol=0.0, atol=0.02)
+    assert np.median(told - fixed[0] - (turns - fixes[0])) == pytest.approx(0.0, abs=0.005)

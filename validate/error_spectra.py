@@ -205,8 +205,7 @@ def _transform(
     tapers = np.sin(np.pi * np.arange(1, TAPERS + 1)[:, None] * x) * np.sqrt(2.0 / (end - begin))
     tapered = np.moveaxis(tapers[:, :, None] * rest, 0, 1).reshape(len(t), -1)
     wave = np.exp(-1j * np.outer(omega, t - begin))
-    usual = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
-    straight = (omega * np.sinc(omega * usual / (2.0 * np.pi)))[:, None] ** 2
+    straight = (omega * np.sinc(omega * np.median(np.diff(t)) / (2.0 * np.pi)))[:, None] ** 2
     return np.moveaxis((wave @ _bends(t, tapered) / -straight).reshape(len(omega), TAPERS, -1), 1, 0)
 
 
