@@ -45,6 +45,8 @@ class Parameter:
         nothing.
     places : int
         At so many places all over its bounds a search is begun off the noise, where the cost has several valleys.
+    slight : float
+        What is off its null by no more than this is in every log: known to be so in the fit, it is no effect.
     within : callable, optional
         ``within(vessel) -> (low, high)``: bounds that depend on the vessel, in place of ``bounds``.
     """
@@ -60,6 +62,7 @@ class Parameter:
     known: float = np.inf
     shape: bool = False
     places: int = 0
+    slight: float = 0.0
     within: Callable[[Vessel], tuple[float, float]] | None = None
 
 

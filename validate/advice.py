@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from identify.effects import EFFECTS
+from identify.effects.sensors import ANY_LOGGERS
 from identify.gusts import GUSTIEST
 from identify.stretch import Stretch
 from validate.deciding import deciding_manoeuvre
@@ -16,7 +17,6 @@ from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.loop import Outcome
 from validate.report.words import joined, percent
-from validate.slight_clocks import SLIGHT
 
 #: Inputs logged less often than every so many s are worth a word.
 SLOW = 0.15
@@ -71,8 +71,8 @@ def advice_for(
         )
     if outcome.slight:
         parts.append(
-            f"Stamps are off by no more than any logger's, {1e3 * SLIGHT:.0f} ms: {joined(outcome.slight)}. The fit "
-            "knows of it; it is no effect."
+            f"Stamps are off by no more than any logger's, {1e3 * ANY_LOGGERS:.0f} ms: {joined(outcome.slight)}. The "
+            "fit knows of it; it is no effect."
         )
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from identify.fitted import Fitted
+from identify.structure import Structure
 from validate.look_alikes import refitted_as
-
-#: Stamps are off by so much, s, in any logger: some hundred bytes take as long through a serial line, a message as long
-#: in a queue, and a receiver as long over its solution.
-SLIGHT = 0.02
 
 
 def slight_clocks(fitted: Fitted) -> tuple[int, ...]:
     """Which effects of a fit say no more than that one stream's stamps are off by as little as any are."""
-    structure, p = fitted.solution.structure, fitted.solution.p
-    return tuple(
-        k
-        for k, active in enumerate(structure.actives)
-        if active.effect.name == "clock_offset" and abs(structure.values(p, k)["offset"]) <= SLIGHT
-    )
+    structure = fitted.solution.structure
+    clocks = [k for k, active in enumerate(structure.actives) if active.effect.place == "clock"]
+    return tuple(k for k in clocks if _is_slight(structure, structure.values(fitted.solution.p, k), k))
+
+
+def _is_slight(structure: Structure, values: Mapping[str, float], index: int) -> bool:
+    """Whether none of an effect's parameters is off its null by more than it is in any log."""
+    parameters = structure.actives[index].effect.parameters
+    return all(abs(values[p.name] - p.null) <= p.slight for p in parameters)
 
 
 def with_slight_clocks_known(fitted: Fitted) -> Fitted:
@@ -30,7 +31,8 @@ def with_slight_clocks_known(fitted: Fitted) -> Fitted:
     structure, slight = fitted.solution.structure, slight_clocks(fitted)
     if not slight:
         return fitted
+    size = max(p.slight for k in slight for p in structure.actives[k].effect.parameters)
     actives = tuple(a for k, a in enumerate(structure.actives) if k not in slight)
-    sensors: dict[str, float] = {s: SLIGHT for s in ("heading", "yaw_rate") if s in structure.setting.streams}
+    sensors: dict[str, float] = {s: size for s in ("heading", "yaw_rate") if s in structure.setting.streams}
     unsure = sensors | {s: max(sd, sensors.get(s, 0.0)) for s, sd in structure.unsure.items()}
     return refitted_as(fitted, replace(structure, actives=actives, unsure=unsure))

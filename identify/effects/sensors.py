@@ -66,6 +66,10 @@ def _sensor_streams(setting: Setting) -> list[Variant]:
     ]
 
 
+#: Stamps are off by so much, s, in any logger: some hundred bytes take as long through a serial line, a message as long
+#: in a queue, and a receiver as long over its solution.
+ANY_LOGGERS = 0.02
+
 CLOCK_OFFSET = Effect(
     "clock_offset", "clock",
     "stamp = true time + offset, for one stream",
@@ -73,7 +77,7 @@ CLOCK_OFFSET = Effect(
     "receiver's position.",
     "Look up the sensor's latency; log a common event; use the receiver's own time.",
     "Groves 2013, sec. 14.4",
-    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0)),),
+    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0), slight=ANY_LOGGERS),),
     sensor=lambda p, o: SensorShift(clock={str(o["stream"]): p["offset"]}),
     variants=_sensor_streams,
 )  # fmt: skip
@@ -84,7 +88,7 @@ CLOCK_OFFSET_INPUTS = Effect(
     "The inputs' stamps are late or early against the sensors'.",
     "Log a common event; look at the logger's queue.",
     "Groves 2013, sec. 14.4",
-    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0), starts=(0.25, -0.25, 1.0)),),
+    parameters=(Parameter("offset", "s", 0.1, (-20.0, 20.0), starts=(0.25, -0.25, 1.0), slight=ANY_LOGGERS),),
     input_delay=lambda p: -p["offset"],
     variants=lambda s: [Variant(options={"stream": "inputs"})] if s.inputs else [],
 )  # fmt: skip
