@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from identify.aligned import zeros
+from identify.aligned import places
 from identify.innovations import Filter
 from identify.kernel import HEADING, NX, POSITION, VELOCITY, YAW_RATE
 from identify.simd import INLINED, load, splat, store
@@ -77,11 +77,12 @@ class Work(NamedTuple):
 
 def work_for(width: int, basis: int = 0, states: int = 0) -> Work:
     """Places to work in for rows of ``width``, a basis of so many, and so many states of what is known."""
+    batch, moment, projected, before, after = places(
+        (BATCH, width), (width, width), (basis, width), (states, width), (states, width)
+    )
     return Work(
-        zeros(BATCH, width), zeros(width, width), zeros(basis, width), np.zeros(BATCH, dtype=np.int64),
-        np.zeros((SOURCES, MOST), dtype=np.int64),
-        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64),
-        zeros(states, width), zeros(states, width),
+        batch, moment, projected, np.zeros(BATCH, dtype=np.int64), np.zeros((SOURCES, MOST), dtype=np.int64),
+        np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64), before, after,
     )  # fmt: skip
 
 

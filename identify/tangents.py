@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from identify.aligned import zeros
+from identify.aligned import places
 from identify.angles import cosine_and_sine
 from identify.kernel import (
     CHANNEL,
@@ -94,13 +94,13 @@ class Run(NamedTuple):
 
 def run_for(tape: Tape, n: int, width: int, channels: int) -> Run:
     """Places for a run of up to ``n`` steps; ``width`` is a multiple of eight."""
-    q = zeros(tape.values)
-    q[0] = 1.0
-    return Run(
-        np.empty((n + 1, NX)), np.empty((n + 1, NX)), zeros(n + 1, NX, width), zeros(n + 1, NX, width),
-        np.empty((n, 3, channels)), q, zeros(ROW), zeros(8, 8), zeros(tape.values, ROW),
-        zeros(4, COLUMNS, ROW), zeros(4, 4), zeros(4, FORCED, width),
+    s, f, q, *others = places(
+        (n + 1, NX, width), (n + 1, NX, width), (tape.values,), (ROW,), (8, 8), (tape.values, ROW),
+        (4, COLUMNS, ROW), (4, 4), (4, FORCED, width),
     )  # fmt: skip
+    q[0] = 1.0
+    states, rates, by_channel = np.empty((n + 1, NX)), np.empty((n + 1, NX)), np.empty((n, 3, channels))
+    return Run(states, rates, s, f, by_channel, q, *others)
 
 
 def padded(columns: int) -> int:
