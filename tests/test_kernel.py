@@ -11,7 +11,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from identify import kernel, tangents
-from identify.aligned import LINE, zeros
+from identify.aligned import LINE, places, zeros
 from identify.angles import cosine_and_sine
 from identify.compiled import along_of
 from identify.directions import directions
@@ -366,3 +366,13 @@ def test_places_to_work_in_begin_at_a_cache_line():
         assert found.ctypes.data % LINE == 0
         assert found.shape == (count, 3)
         assert not found.any()
+
+
+def test_places_in_one_piece_begin_at_cache_lines_and_do_not_share():
+    shapes = [(3, 5), (0, 8), (7,), (2, 8, 8)]
+    found = places(*shapes)
+    assert [x.shape for x in found] == shapes
+    assert all(x.ctypes.data % LINE == 0 for x in found if x.size)
+    for k, x in enumerate(found, start=1):
+        x[...] = k
+    assert all((x == k).all() for k, x in enumerate(found, start=1))
