@@ -145,6 +145,27 @@ def test_decoders_that_have_little_of_a_busy_machine_are_waited_for():
     assert (index, outcome.protocol, decoders.undecoded) == (0, Protocol.nmea, 0)
 
 
+def test_decoders_that_get_next_to_nothing_while_they_still_begin_are_not_given_up():
+    decoders = decoders_of(block_of("nmea", 1 << 14))
+    done = threading.Event()
+
+    def a_quarter() -> None:
+        with contextlib.suppress(ProcessLookupError):
+            while not done.is_set():
+                os.kill(decoders.pid, signal.SIGSTOP)
+                time.sleep(0.15)
+                os.kill(decoders.pid, signal.SIGCONT)
+                time.sleep(0.05)
+
+    thread = threading.Thread(target=a_quarter)
+    thread.start()
+    decoders.close(1.0)
+    done.set()
+    thread.join()
+    ((_, outcome),) = decoders.take()
+    assert (outcome.protocol, decoders.undecoded) == (Protocol.nmea, 0)
+
+
 def test_decoders_that_are_stuck_are_not_waited_for_and_what_they_owe_is_counted():
     records = block_of("nmea", 1 << 14)
     decoders = decoders_of(records)

@@ -30,6 +30,8 @@ ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP"
 #: Bytes beyond which waiting batches are not taken together: what they give comes back in one piece, and while it is
 #: unpacked no byte is read.
 MOST_AT_ONCE = 1 << 17
+#: How often at most decoders that get little processor time may say nothing for as long as the patience lasts.
+MOST_SILENCES = 60
 
 Batch = list[tuple[int, list[tuple[int, bytes]]]]
 
@@ -214,16 +216,21 @@ class DecoderProcess:
         return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
 
     def close(self, patience_s: float) -> None:
-        """Let the decoders finish what waits, for as long as they are never silent for longer than this."""
+        """Let the decoders finish what waits, as long as they get on.
+
+        They may be silent for ``patience_s`` at a time, and for longer where the machine gives them little to do it in.
+        """
         with self._wake:
             self._waiting.append(None)
             self._wake.notify()
-        left = self._bytes_waiting
+        left, used, silences = self._bytes_waiting, cpu_seconds(self.pid), 0
         while not self._finished.wait(patience_s):
-            if self._bytes_waiting == left:
+            got = cpu_seconds(self.pid) - used
+            silences = 0 if self._bytes_waiting < left else silences + 1
+            left, used = self._bytes_waiting, used + got
+            if silences and not (starved(got, patience_s) and silences <= MOST_SILENCES):
                 self._process.kill()
                 break
-            left = self._bytes_waiting
         self._process.join(1.0)
         with self._wake:
             self.undecoded += self._bytes_waiting
@@ -267,6 +274,11 @@ class DecoderProcess:
 
 def _size(batch: Batch) -> int:
     return sum(len(data) for _, pieces in batch for _, data in pieces)
+
+
+def starved(cpu_s: float, waited_s: float) -> bool:
+    """Whether a process got some processor time, and far less than there was: a busy machine, and no endless loop."""
+    return 0 < cpu_s < waited_s / 2
 
 
 def cpu_seconds(pid: int | None) -> float:
