@@ -24,7 +24,7 @@ demo: $(INSTALLED)  ## run the campaign that comes with the program
 	$(BIN)/seatrial demo
 
 test: $(INSTALLED)  ## every test; those of a file on one worker, which share what they prepare
-	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder
 
 check: $(INSTALLED)  ## style and types
 	$(BIN)/ruff check .

@@ -23,16 +23,32 @@ def pytest_configure(config):
         forget_stale_code()
 
 
-#: Files that are begun first: of documents, whose commands compile nearly everything, beside files that mostly wait for
-#: devices, and so do not compile the same at the same time.
+#: Groups that are begun first: of documents, whose commands compile nearly everything, beside files that mostly wait
+#: for devices, and so do not compile the same at the same time.
 FIRST = ("test_docs", "test_capture", "test_capture_faults", "test_capture_can")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Files with slow tests first: a worker that begins one of them last would keep the others waiting."""
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    """A file's tests go to one worker, where they name no group of their own; those with slow ones first.
+
+    A worker that begins one of those last would keep the others waiting.
+    """
     place = {name: k for k, name in enumerate(FIRST)}
-    items.sort(key=lambda item: (place.get(item.path.stem, len(FIRST)), item.path not in slow))
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+
+    def turn(item):
+        return place.get(group_of(item), len(FIRST)), item.path not in slow
+
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group(group_of(item)))
+    items.sort(key=turn)
+
+
+def group_of(item):
+    """The tests that go to the same worker."""
+    own = item.get_closest_marker("xdist_group")
+    return own.args[0] if own else item.path.stem
 
 
 @pytest.fixture

@@ -11,7 +11,19 @@ import tomllib
 from functools import cache
 
 import pytest
-from doc_pages import MEASURED, NOT_RUN, PAGES, README, ROOT, TRIALS, blocks, run_command, run_page, runs
+from doc_pages import (
+    MEASURED,
+    NOT_RUN,
+    PAGES,
+    README,
+    ROOT,
+    SHARED,
+    TRIALS,
+    blocks,
+    run_command,
+    run_page,
+    runs,
+)
 
 from identify.effects import EFFECTS
 from identify.models import MODELS
@@ -60,8 +72,15 @@ def offered():
     return get_command(make_app()).commands
 
 
+def beside_others(page):
+    """A page that shares no command with others may be tried on another worker than they."""
+    alone = not any(c in SHARED for b in blocks(page) for c in b.commands)
+    marks = [pytest.mark.xdist_group(f"page-{page.stem}")] if alone else []
+    return pytest.param(page, marks=marks, id=page.stem)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [p for p in PAGES if runs(p)], ids=lambda p: p.stem)
+@pytest.mark.parametrize("page", [beside_others(p) for p in PAGES if runs(p)])
 def test_what_a_page_says_can_be_done(page, tmp_path, shared):
     if any(not log.is_file() for log in MEASURED.get(page.stem, ())):
         pytest.skip("the measured logs are not beside this clone")
