@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identification_samples import trials_of, with_nothing_between
@@ -10,15 +12,15 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.effect import Active
-from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, WIND_UNSEEN
+from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, SHALLOW_WATER, WIND_UNSEEN
 from identify.prepare import prepare
 from identify.report_fit import covariance_of
 from identify.structure import null_parameters
 from validate import sure
 from validate.candidates import candidates
-from validate.look_alikes import Standing, dropped
+from validate.look_alikes import Standing, departure, dropped
 from validate.loop import Outcome
-from validate.sure import _wald, evidence, surely
+from validate.sure import _by_flow, _flow_of, _wald, evidence, surely
 
 
 def with_in(effects, *taken):
@@ -119,6 +121,22 @@ def test_a_wind_is_sure_whose_speed_alone_is_not():
     said = evidence(fitted, dropped(fitted, 0), covariance, 0)
     assert wald < 30.0
     assert said > 300.0
+
+
+def test_a_shallow_water_in_which_the_hull_meets_no_more_is_none():
+    """What turning does besides, in the coupled form, stands for anything; the factor says that it is the water."""
+    _, trials = trials_of("usv", ("zigzag", "random", "circle"), 60.0, 3, (), validate=0)
+    prepared = prepare(trials, "modulus")
+    active = next(a for a in candidates(prepared.structure) if a.effect is SHALLOW_WATER)
+    coupled = replace(
+        active, variant=replace(active.variant, options={**active.variant.options, "form": "coupled"})
+    )
+    structure = prepared.structure.with_effect(coupled)
+    fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=1)
+    mine, _ = departure(fitted, 0)
+    flow = _flow_of(fitted, mine)
+    assert [structure.slots[k].name for k in flow] == ["factor"]
+    assert _by_flow(fitted, covariance_of(fitted), flow) < 10.0
 
 
 def test_a_direction_that_nothing_tells_counts_for_nothing_however_far_it_is_off():

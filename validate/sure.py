@@ -20,6 +20,7 @@ from identify.fitted import Fitted
 from identify.free_running import free_running_errors
 from identify.output_error import Prior, information_of, solve
 from identify.report_fit import covariance_of
+from identify.structure import null_parameters
 from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side
 from validate.candidates import candidates
@@ -29,6 +30,7 @@ from validate.loop import Outcome, all_standing, leaves_much, searched_on
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
+from validate.rounding import done_by_rounding
 from validate.rounds import NONE, Names
 from validate.slight_clocks import slight_clocks, with_slight_clocks_known
 
@@ -41,6 +43,8 @@ MATERIAL = 0.1
 LITTLE = 0.02
 #: So many times a search goes on without what was taken back.
 SEARCHES = 2
+#: Places of effects that move nothing: free runs need not be worse without them.
+SHOWN_ONLY = ("sensor", "clock")
 #: Evidence that needs no second look.
 OVERWHELMING = 1000.0
 
@@ -103,7 +107,17 @@ def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
     said, needed = evidence(fitted, without, covariance, index), _by_chance(fitted, index)
     if needed < said < DOUBTFUL and _immaterial(fitted, without):
         needed = DOUBTFUL
+    if needed < said < OVERWHELMING and _may_be_rounding(fitted, without, index):
+        needed = OVERWHELMING
     return said - needed
+
+
+def _may_be_rounding(fitted: Fitted, without: Fitted, index: int) -> bool:
+    """Whether free runs are worse without what moves the vessel by no more than the rounding of its inputs does."""
+    if fitted.solution.structure.actives[index].effect.place in SHOWN_ONLY:
+        return False
+    here, there = (free_running_errors(f).sum() for f in (fitted, without))
+    return bool(there - here < without.remembered(done_by_rounding))
 
 
 def _between_entries(fitted: Fitted, index: int) -> bool:
@@ -144,7 +158,8 @@ def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int
 
     Where that leaves doubt, pushes must not do as well, each model with those that are likeliest with it, and the
     effect's sizes must not be within their errors of nothing; far more than pushes can do is no doubt. A wind without
-    any is none, though: what it stands for is a resistance, and it must do better than that by as much.
+    any is none, though: what it stands for is a resistance, and it must do better than that by as much. Nor is a
+    shallow water in which the hull's coefficients are no larger.
     """
     mine, _ = departure(fitted, index)
     said = _by_cost(fitted, without, covariance, mine)
@@ -176,17 +191,21 @@ def _by_size(fitted: Fitted, covariance: FloatArray, index: int) -> float:
 
 
 def _flow_of(fitted: Fitted, mine: IntArray) -> IntArray:
-    """Parameters of the flow that an effect is made by, where it has coefficients as well; else none."""
+    """Parameters of the flow, or the factor, that an effect is made by where it has coefficients as well; else none."""
     linear = np.array([fitted.solution.structure.slots[k].coefficient >= 0 for k in mine])
     return mine[~linear] if linear.any() else mine[:0]
 
 
 def _by_flow(fitted: Fitted, covariance: FloatArray, flow: IntArray) -> float:
-    """What it costs that an effect's flow stands still, its coefficients free; against the likeliest pushes, too."""
+    """What it costs that an effect's flow stands still, or its factor is one, its coefficients free.
+
+    Against the likeliest pushes, too.
+    """
     still = _standing_still(fitted, flow)
     said = _by_cost(fitted, still, covariance, flow)
     if said < OVERWHELMING and np.isfinite(here := deviance(fitted)):
-        return max(min(said, deviance(still) - here), _wald(covariance, flow, fitted.solution.p[flow]))
+        away = fitted.solution.p[flow] - _nothing(fitted, flow)
+        return max(min(said, deviance(still) - here), _wald(covariance, flow, away))
     return said
 
 
@@ -194,13 +213,19 @@ def _standing_still(fitted: Fitted, flow: IntArray) -> Fitted:
     """The fit with an effect's flow held at nothing."""
     problem, solution, prior = fitted.problem, fitted.solution, fitted.prior
     p, mean, sd = solution.p.copy(), prior.mean.copy(), prior.sd.copy()
-    p[flow], mean[flow], sd[flow] = 0.0, 0.0, 1e-9
+    p[flow] = mean[flow] = _nothing(fitted, flow)
+    sd[flow] = 1e-9
     held = Prior(mean, sd)
     found = solve(
         problem, solution.structure, p, solution.first, held, anchor=first_states(problem), budget=20,
         tolerance=step_tolerance(fitted),
     )  # fmt: skip
     return Fitted(problem, held, found)
+
+
+def _nothing(fitted: Fitted, where: IntArray) -> FloatArray:
+    """What parameters are where there is nothing of their effect: no flow, a factor of one."""
+    return null_parameters(fitted.solution.structure)[where]
 
 
 def _wald(covariance: FloatArray, where: IntArray, off: FloatArray) -> float:
