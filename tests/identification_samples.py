@@ -57,6 +57,8 @@ def _trial(vessel, run, suite, seed):
         states[f"sigma_{column}"] = np.full(len(t), noise)
     sensors = {"position": (suite.position, ("north", "east")), "heading": (suite.heading, ("value",)),
                "yaw_rate": (suite.yaw_rate, ("value",))}  # fmt: skip
+    if suite.velocity:
+        sensors["velocity"] = suite.velocity, ("north", "east")
     measurements = {
         n: _measurement(n, streams[n], names, s.noise, 1.0 / s.rate) for n, (s, names) in sensors.items()
     }

@@ -67,6 +67,17 @@ def test_none_where_there_are_none():
     assert find_waves(clean()) is None
 
 
+def test_what_is_sampled_once_a_second_has_no_wave_of_a_second():
+    """A receiver's velocity often comes less often than its position."""
+    suite = replace(Suite(), velocity=Sensor(1.0, 0.05, 0.0))
+    spectra = spectra_of(fitted("usv", suite=suite))
+    power = np.mean(np.abs(spectra.rate) ** 2, axis=0)
+    places = np.abs(spectra.omega - 2.0 * np.pi) < 1.5 * spectra.spacing
+    for channel in range(3):
+        level = around_of(spectra, power[:, channel]).level
+        assert (power[places, channel] < 3.0 * level[places]).all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("vessel", ["catamaran", "tug"])
 def test_none_with_other_vessels(vessel):

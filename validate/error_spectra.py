@@ -34,6 +34,10 @@ TAPERS = 2
 LOWEST_CYCLES = 1.5
 #: No vessel follows anything faster than this, rad/s.
 FASTEST = 25.0
+#: Spectra go up to this share of the Nyquist frequency; a stream of its own says nothing beyond a little more.
+UP_TO, AT_MOST = 0.8, 0.9
+#: So many times its noise has a stream of what it says nothing of.
+ENDLESS = 1e12
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ def spectra_of(fitted: Fitted) -> Spectra | None:
     lengths = np.array([problem.stretches[w.stretch].h * w.steps for w in problem.windows])
     usual = float(np.median(lengths)) if len(lengths) else 0.0
     used = [k for k, length in enumerate(lengths) if length > 0.75 * usual]
-    fastest = min(FASTEST, 0.8 * np.pi / _interval(fitted)) if used else 0.0
+    fastest = min(FASTEST, UP_TO * np.pi / _interval(fitted)) if used else 0.0
     omega = np.arange(LOWEST_CYCLES, fastest * usual / (2.0 * np.pi), 0.5) * 2.0 * np.pi / max(usual, 1e-9)
     if len(used) < 2 or len(omega) < 12:
         return None
@@ -134,8 +138,11 @@ def _look(
 
 def _streams(
     problem: Problem, w: Window, residual: FloatArray, omega: FloatArray
-) -> dict[str, tuple[ComplexArray, float]]:
-    """Amplitudes (tapers, f, rows) of each stream's errors, vectors in body axes, and its noise per Hz."""
+) -> dict[str, tuple[ComplexArray, FloatArray]]:
+    """Amplitudes (tapers, f, rows) of each stream's errors, vectors in body axes, and its noise (f,) per Hz.
+
+    Of frequencies that its samples are too far apart for it says nothing: none, in endless noise.
+    """
     stretch = problem.stretches[w.stretch]
     samples, (begin, end) = stretch.samples, stretch.grid[[w.first, w.first + w.steps]]
     t, kind, sigma = samples.t[w.samples], samples.kind[w.samples], samples.sigma[w.samples]
@@ -150,12 +157,14 @@ def _streams(
         if KIND[name] in (kernel.POSITION, kernel.VELOCITY):
             turn = (error[mine, 0] + 1j * error[mine, 1]) * np.exp(-1j * psi[mine])
             e = np.column_stack([turn.real, turn.imag])
-        out[name] = _transform(t[mine], e, begin, end, omega), usual**2 * (end - begin) / len(e)
+        told = omega < AT_MOST * np.pi / float(np.median(np.diff(t[mine])))
+        amplitudes = np.where(told[:, None], _transform(t[mine], e, begin, end, omega), 0.0)
+        out[name] = amplitudes, usual**2 * (end - begin) / len(e) * np.where(told, 1.0, ENDLESS)
     return out
 
 
 def _velocities(
-    streams: Mapping[str, tuple[ComplexArray, float]],
+    streams: Mapping[str, tuple[ComplexArray, FloatArray]],
     speed: FloatArray,
     arm: tuple[float, float],
     omega: FloatArray,
@@ -179,7 +188,7 @@ def _velocities(
     if "velocity" in streams:
         (u, v), noise = np.moveaxis(streams["velocity"][0], -1, 0), streams["velocity"][1]
         u, v = u + arm[1] * r + speed[1] * psi, v - arm[0] * r - speed[0] * psi
-        both.append((np.stack([u, v], axis=-1), np.full((len(omega), 1), noise)))
+        both.append((np.stack([u, v], axis=-1), noise[:, None]))
     uv = _merged(both) if both else np.zeros((TAPERS, len(omega), 2), dtype=complex)
     return np.concatenate([uv, r[..., None]], axis=-1)
 
