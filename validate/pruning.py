@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 from identify.base_fit import fit_from_scratch
 from identify.fitted import Fitted
 from identify.noise import dispersed_cost
 from identify.structure import effects_alone
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, least_gain, parameters_of
-from validate.look_alikes import dropped, losses_without
+from validate.log_groups import free_in_logs, in_logs, logs_of
+from validate.look_alikes import dropped, losses_without, refitted_as
 from validate.pace import Pace
 from validate.refits import under
 from validate.scan import best_value
@@ -16,7 +19,10 @@ from validate.score_scatter import scatter
 
 
 def pruned(fitted: Fitted, pace: Pace) -> Fitted:
-    """Drop effects that no longer stand once the others are in, the weakest first."""
+    """Drop effects that no longer stand once the others are in, the weakest first; of two that are one, make one."""
+    while (one := _two_as_one(fitted)) is not None:
+        pace(f"as one: {one.solution.structure.actives[-1].label}")
+        fitted = one
     while doubted := searched(fitted):
         pace.expect(2.0 * len(doubted))
         pace("what was taken, again")
@@ -47,6 +53,34 @@ def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:
     other = _begun_anew(fitted, index)
     lost = dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
     return other if lost < least_gain(k, others) else None
+
+
+def _two_as_one(fitted: Fitted) -> Fitted | None:
+    """A fit in which one change in some logs does as well as two of a kind; None where there is none.
+
+    A load that was there in two of five logs may be found as less in a third first, and then as more in all three.
+    """
+    structure = fitted.solution.structure
+    free = [k for k, a in enumerate(structure.actives) if free_in_logs(a, structure)]
+    names = {s.name for s in fitted.problem.stretches}
+    for one, other in combinations(free, 2):
+        if structure.actives[one].effect is not structure.actives[other].effect:
+            continue
+        here, there = (set(logs_of(structure.actives[k])) for k in (one, other))
+        for logs in (here ^ there, here | there, here & there):
+            if 0 < len(logs & names) < len(names) and (found := _in_these(fitted, one, other, logs)):
+                return found
+    return None
+
+
+def _in_these(fitted: Fitted, one: int, other: int, logs: set[str]) -> Fitted | None:
+    """A fit without one effect and with the other in these logs; None where it loses more than chance gives."""
+    moved = in_logs(fitted, other, logs)
+    without = moved.solution.structure.without(one)
+    found = refitted_as(moved, without)
+    lost = dispersed_cost(fitted.problem, found.solution) - dispersed_cost(fitted.problem, fitted.solution)
+    k = parameters_of(fitted.solution.structure, one)
+    return found if lost < least_gain(k, len(candidates(without))) else None
 
 
 def _begun_anew(fitted: Fitted, index: int) -> Fitted:
