@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
 from typing import Any
 
@@ -186,7 +187,18 @@ def test_a_case_whose_time_is_up_is_ended() -> None:
 @pytest.mark.slow
 def test_a_drawn_case_goes_through_files_and_comes_back_with_an_answer() -> None:
     task = workers.Task(seed=5013, kind="clean", oracle=False)
+    before = dict(os.environ)
     (found,) = workers.run_cases([task], 1, limit=300.0)
+    assert dict(os.environ) == before
     assert found["status"] == "ok", found.get("why")
     assert found["kind"] == "clean"
     assert found["verdict"] in ("adequate", "explained", "ambiguous", "unexplained")
+
+
+def test_what_is_started_has_one_thread_and_who_starts_it_keeps_his(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
+    before = dict(os.environ)
+    with workers.one_thread():
+        assert {os.environ[name] for name in workers.THREADS} == {"1"}
+    assert dict(os.environ) == before

@@ -8,6 +8,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -65,8 +66,6 @@ def way_to(error: Exception) -> str:
 
 def run_cases(tasks: Sequence[Task], workers: int, limit: float) -> Iterator[Record]:
     """Yield the record of every case as it is finished; ``limit`` is the time for a diagnosis, s."""
-    for name in THREADS:
-        os.environ[name] = "1"
     waiting = deque(tasks)
     busy: list[_Worker] = []
     try:
@@ -79,11 +78,27 @@ def run_cases(tasks: Sequence[Task], workers: int, limit: float) -> Iterator[Rec
             worker.process.kill()
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """What is started meanwhile has one thread for each numerical library; the environment is then as it was."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
 def _started() -> _Worker:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=serve, args=(theirs,), daemon=True)
-    process.start()
+    with one_thread():
+        process.start()
     theirs.close()
     return _Worker(process, ours)
 
