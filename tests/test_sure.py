@@ -18,9 +18,10 @@ from identify.report_fit import covariance_of
 from identify.structure import null_parameters
 from validate import sure
 from validate.candidates import candidates
+from validate.judgement import least_gain
 from validate.look_alikes import Standing, departure, dropped
 from validate.loop import Outcome
-from validate.sure import _by_flow, _flow_of, _wald, evidence, surely
+from validate.sure import _by_chance, _by_flow, _flow_of, _wald, evidence, surely
 
 
 def with_in(effects, *taken):
@@ -137,6 +138,18 @@ def test_a_shallow_water_in_which_the_hull_meets_no_more_is_none():
     flow = _flow_of(fitted, mine)
     assert [structure.slots[k].name for k in flow] == ["factor"]
     assert _by_flow(fitted, covariance_of(fitted), flow) < 10.0
+
+
+def test_of_many_logs_chance_finds_some_that_want_anything():
+    """Which of four logs an effect is in was looked for: fourteen choices, besides all that was looked at."""
+    _, trials = trials_of("usv", ("zigzag", "random", "circle", "zigzag"), 20.0, 3, (), validate=0)
+    prepared = prepare(trials, "modulus")
+    by_name = {a.effect.name: a for a in candidates(prepared.structure)}
+    for name, more in (("mass_change", 14), ("heading_bias", 0)):
+        structure = prepared.structure.with_effect(by_name[name])
+        fitted = fit_from_scratch(structure, prepared.identify, null_parameters(structure), rounds=0)
+        others = len(candidates(prepared.structure))
+        assert _by_chance(fitted, 0) == least_gain(1, others + more)
 
 
 def test_a_direction_that_nothing_tells_counts_for_nothing_however_far_it_is_off():

@@ -25,6 +25,7 @@ from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
+from validate.log_groups import free_in_logs
 from validate.look_alikes import departure, dropped, left_on
 from validate.loop import Outcome, all_standing, leaves_much, searched_on
 from validate.pace import Pace
@@ -148,9 +149,12 @@ def _immaterial(fitted: Fitted, without: Fitted) -> bool:
 
 
 def _by_chance(fitted: Fitted, index: int) -> float:
-    """What chance alone gives an effect."""
+    """What chance alone gives an effect: the best of all that were looked at, and of all choices of its logs."""
     structure = fitted.solution.structure
-    return least_gain(parameters_of(structure, index), len(candidates(structure.without(index))))
+    tried = len(candidates(structure.without(index)))
+    if free_in_logs(structure.actives[index], structure):
+        tried += 2 ** len({s.name for s in fitted.problem.stretches}) - 2
+    return least_gain(parameters_of(structure, index), tried)
 
 
 def evidence(fitted: Fitted, without: Fitted, covariance: FloatArray, index: int) -> float:
