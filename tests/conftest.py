@@ -6,9 +6,14 @@ import contextlib
 import os
 
 import pytest
+from hypothesis import settings
 
 # One thread, as a run keeps it (``seatrial.blas``), for what the tests call below it too: set before numpy is loaded.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# How long an example takes is the machine's affair: on a busy one any may wait for its turn.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 pytest.register_assert_rewrite(
     "can_samples", "capture_samples", "doc_pages", "mavlink_peers", "reader_checks"
