@@ -21,7 +21,7 @@ from validate.score_scatter import scatter
 def pruned(fitted: Fitted, pace: Pace) -> Fitted:
     """Drop effects that no longer stand once the others are in, the weakest first; of two that are one, make one."""
     while (one := _two_as_one(fitted)) is not None:
-        pace(f"as one: {one.solution.structure.actives[-1].label}")
+        pace("two that are one")
         fitted = one
     while doubted := searched(fitted):
         pace.expect(2.0 * len(doubted))

@@ -36,9 +36,8 @@ class Scale:
     def off(self, measured: Measurement, draw: int) -> Measurement:
         """Every value half a step off, up or down by chance; the same value always the same way."""
         up = np.random.default_rng(draw).random(self.levels) < 0.5
-        place = np.round((np.nan_to_num(measured.value, nan=self.lowest) - self.lowest) / self.step).astype(
-            int
-        )
+        above = np.nan_to_num(measured.value, nan=self.lowest) - self.lowest
+        place = np.round(above / self.step).astype(int)
         return replace(measured, value=measured.value + self.step * (up[place] - 0.5))
 
 
@@ -50,7 +49,13 @@ def done_by_rounding(fitted: Fitted) -> float:
     """
     stretches = fitted.problem.stretches
     scales = {name: scale for name in stretches[0].inputs if (scale := scale_of(name, stretches))}
-    return float(np.mean([_changed(fitted, scales, draw) for draw in range(DRAWS)])) if scales else 0.0
+    if not scales:
+        return 0.0
+    changed = sum(
+        _changed(fitted, stretch, spread, scales)
+        for stretch, spread in zip(stretches, spreads(stretches), strict=True)
+    )
+    return changed / (DRAWS * sum(s.steps + 1 for s in stretches))
 
 
 def scale_of(name: str, stretches: Sequence[Stretch]) -> Scale | None:
@@ -81,12 +86,12 @@ def common_step(steps: FloatArray, least: float) -> float | None:
     return found
 
 
-def _changed(fitted: Fitted, scales: dict[str, Scale], draw: int) -> float:
-    stretches, solution = fitted.problem.stretches, fitted.solution
-    total = 0.0
-    for stretch, spread in zip(stretches, spreads(stretches), strict=True):
+def _changed(fitted: Fitted, stretch: Stretch, spread: FloatArray, scales: dict[str, Scale]) -> float:
+    """Sum over a stretch and all draws of the squared changes of its free run, in units of ``spread`` (3,)."""
+    structure, p = fitted.solution.structure, fitted.solution.p
+    as_logged, total = relative_errors(structure, p, stretch, spread), 0.0
+    for draw in range(DRAWS):
         inputs = {n: scales[n].off(m, draw) if n in scales else m for n, m in stretch.inputs.items()}
-        both = (stretch, replace(stretch, inputs=inputs))
-        here, there = (relative_errors(solution.structure, solution.p, s, spread) for s in both)
-        total += float(np.sum((there - here) ** 2))
-    return total / sum(s.steps + 1 for s in stretches)
+        off = relative_errors(structure, p, replace(stretch, inputs=inputs), spread)
+        total += float(np.sum((off - as_logged) ** 2))
+    return total
