@@ -143,3 +143,9 @@ def test_compiled_code_is_forgotten_when_any_source_changed(tmp_path):
     source.write_text("x = 22\n")
     assert forget_stale_code(tmp_path) == 1
     assert not (cache / "caller.nbc").exists()
+
+
+@pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="all tests are on one worker")
+def test_the_tests_of_a_file_are_on_one_worker(request):
+    """What a file prepares once would be prepared by every worker: an xdist that pytest outgrew says nothing of it."""
+    assert request.node.nodeid.endswith("@test_project")
