@@ -14,11 +14,13 @@ from identify.base_fit import fit_from_scratch
 from identify.effect import Active
 from identify.effects.water_and_air import WIND_UNSEEN
 from identify.gusts import GUSTIEST, TIME, blown, gusts_of
+from identify.noise import calibrated
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from identify.windows import moments
 from validate.exchange import at_likeliest_speed
 from validate.refits import begun_at
+from validate.rounds import settled
 
 SPEED, FROM, GUST = 6.0, 0.8, 0.12
 
@@ -57,6 +59,18 @@ def test_a_gusty_wind_leaves_the_fit_at_the_noise():
     assert 0.4 * GUST < GUSTIEST * np.sqrt(problem.unlogged.gusty) < 2.5 * GUST
     calm = replace(problem, unlogged=None)
     assert moments(calm, s.structure, s.p, s.first).cost > 2.0 * s.cost
+
+
+def test_a_wind_that_was_taken_is_known_to_be_gusty():
+    """Weights that knew of no wind held the fit with it to be off the noise, whatever it said of gusts."""
+    fitted = fitted_in(GUST)
+    calm = replace(fitted.problem, unlogged=None)
+    weighted = calibrated(calm, fitted.solution)
+    unaware = replace(begun_at(replace(fitted, problem=weighted), fitted.solution.p, 10), problem=weighted)
+    assert unaware.is_off
+    found = settled(unaware)
+    assert not found.is_off
+    assert 0.4 * GUST < GUSTIEST * np.sqrt(found.problem.unlogged.gusty) < 2.5 * GUST
 
 
 def test_a_steady_wind_has_no_gusts():

@@ -212,7 +212,8 @@ def settled(fitted: Fitted) -> Fitted:
         rounds=2 if off else 0,
         apart=off or here.slow > SLOWLY,
     )
-    if here.problem.unlogged is not None and anew.problem.length >= here.problem.length:
+    hides = here.problem.unlogged is not None or anew.problem.unlogged is not None
+    if hides and anew.problem.length >= here.problem.length:
         # with more believed to be hidden there is less to explain: as its own errors say
         weighed = under(recalibrated(anew.problem, anew.solution), anew, 20)
         if weighed.chi2_per_dof < here.chi2_per_dof:
