@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,10 +20,14 @@ from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.input_sizes import LARGEST, MOST_STARTS, between, sizes_of, untold
+from identify.noise import calibrated
 from identify.prepare import prepare
 from identify.structure import null_parameters
-from validate.candidates import candidates
-from validate.refits import begun_at
+from identify.unlogged import unlogged
+from validate import rounds
+from validate.candidates import Screened, candidates
+from validate.judgement import Judged
+from validate.refits import begun_at, under
 from validate.sizes import at_likeliest_size, begun_all_over, begun_between_sizes
 
 LEVELS = np.array([0.0, 0.08, -0.12, 0.3, -0.5, 0.9])
@@ -106,6 +111,49 @@ def test_a_dead_band_far_from_its_size_is_begun_between_any_two_sizes_of_the_inp
     sizes = sizes_of(prepared.identify, "rudder")
     near = at_likeliest_size(found).solution.p[k]
     assert np.count_nonzero(sizes < near) == pytest.approx(np.count_nonzero(sizes < 0.13), abs=1)
+
+
+@cache
+def with_the_rest_hidden():
+    """A fit with a size of 0.097 for 0.108, what is left over thought to be hidden between the inputs' samples."""
+    band = Effect("actuator_deadband", {"width": 0.108}, "rudder", {"form": "neutral"})
+    ship, trials = trials_of("tanker", ("zigzag", "speed", "random", "spiral"), 90.0, 6, (band,), validate=0)
+    prepared, structure, p, k = with_dead_band(ship, trials, 0.097)
+    beside = fit_from_scratch(structure, prepared.identify, p)
+    hidden = replace(beside.problem, unlogged=unlogged(beside.problem, structure, beside.solution.p, 1.0))
+    beside = under(calibrated(hidden, beside.solution), beside, 60)
+    beside = under(calibrated(beside.problem, beside.solution), beside, 60)
+    return beside, k
+
+
+def test_a_size_is_looked_for_even_if_what_the_wrong_one_leaves_is_thought_to_be_hidden():
+    """Weights that know of what inputs may hide between their samples put a fit with the wrong size at the noise."""
+    beside, k = with_the_rest_hidden()
+    assert not beside.is_off
+    found = at_likeliest_size(beside)
+    assert found.solution.total < beside.solution.total - 1000.0
+    assert found.solution.p[k] == pytest.approx(0.108, rel=0.02)
+
+
+def test_what_a_wrong_size_left_is_not_thought_to_be_hidden_with_the_right_one(monkeypatch):
+    beside, _ = with_the_rest_hidden()
+    monkeypatch.setattr(rounds, "settled", lambda _: beside)
+    [active] = beside.solution.structure.actives
+    p = beside.solution.p
+    after = rounds._after(Judged(Screened(active, p, p, 0.0), beside, 0.0, 1, 0.0, 1.0))
+    assert after.problem.unlogged is None or after.problem.unlogged.share < 0.1
+    assert after.chi2_per_dof < 1.05
+
+
+def test_a_size_is_not_left_for_another_that_is_no_better():
+    """Between which two sizes it lies may hardly show: what is as good far off is no reason to go there."""
+    band = Effect("actuator_deadband", {"width": 0.108}, "rudder", {"form": "neutral"})
+    ship, trials = trials_of("usv", ("zigzag", "speed", "random", "spiral"), 90.0, 5, (band,), validate=0)
+    prepared, structure, p, k = with_dead_band(ship, trials, 0.103)
+    fitted = fit_from_scratch(structure, prepared.identify, p)
+    found = at_likeliest_size(fitted)
+    assert found.solution.total <= fitted.solution.total
+    assert found.solution.p[k] == pytest.approx(0.108, rel=0.05)
 
 
 def test_an_effect_that_asks_for_no_size_is_left_as_it_is():

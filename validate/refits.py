@@ -251,12 +251,12 @@ def target_gap(base: Fitted, best: Fitted) -> float:
     return base.solution.total - best.solution.total + 50.0
 
 
-def begun_at(fitted: Fitted, p: FloatArray, budget: int) -> Fitted:
-    """The same structure fitted under the same weights from other parameters (np,)."""
+def begun_at(fitted: Fitted, p: FloatArray, budget: int, target: float = np.inf) -> Fitted:
+    """The same structure fitted under the same weights from other parameters (np,), given up short of a target."""
     problem, structure = fitted.problem, fitted.solution.structure
     found = solve(
         problem, structure, p, settled(problem, structure, p).first, fitted.prior, anchor=first_states(problem),
-        budget=budget, tolerance=step_tolerance(fitted),
+        budget=budget, tolerance=step_tolerance(fitted), target=target,
     )  # fmt: skip
     return replace(fitted, solution=found)
 

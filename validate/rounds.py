@@ -147,7 +147,10 @@ def _worth_taking(base: Fitted, judged: Judged) -> bool:
 
 def _after(taken: Judged) -> Fitted:
     """The fit with an effect that was taken, at its best."""
-    fitted = at_likeliest_size(in_likeliest_form(settled(taken.fitted)))
+    here = settled(taken.fitted)
+    fitted = at_likeliest_size(in_likeliest_form(here))
+    if fitted is not here:  # what was hidden in the wrong form is no noise
+        fitted = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     return with_waves_known(at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted)
 
 

@@ -22,22 +22,29 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A size that an input passes is searched by steps of the first share of it, down to the second.
 WIDEST, NARROWEST = 0.08, 0.002
-#: Steps of a refit at another size, and of one that is begun anew.
-BUDGET, FOLLOWED = 8, 20
+#: Steps of a refit at another size, as long as it may come lower, and of one that is begun anew.
+PATIENT, FOLLOWED = 60, 20
 
 
 def at_likeliest_size(fitted: Fitted) -> Fitted:
     """The fit with the size that the last effect asks an input to pass where the measurements want it.
 
     What only asks whether an input passes a size has no slope to search along: sizes to both sides are tried, all else
-    free, at half the distance where neither is better. Off the noise the hull may have been bent to a wrong one, and is
-    begun anew between any two sizes that the input has.
+    free, at half the distance where neither is better. The hull may have been bent to a wrong one, and the inputs be
+    thought to hide what that leaves: it is begun anew between any two sizes that the input has, too.
     """
     k = _size_of_last(fitted)
     if k is None:
         return fitted
-    low, high = fitted.solution.structure.slots[k].parameter.bounds
-    best, share = begun_between_sizes(fitted) if fitted.is_off else fitted, WIDEST
+    anew = begun_between_sizes(fitted)
+    starts = (fitted,) if anew is fitted else (fitted, anew)
+    return min((_on_both_sides(start, k) for start in starts), key=lambda f: f.solution.total)
+
+
+def _on_both_sides(best: Fitted, k: int) -> Fitted:
+    """The fit with the size in place ``k`` where neither a larger nor a smaller one is better."""
+    low, high = best.solution.structure.slots[k].parameter.bounds
+    share = WIDEST
     while share > NARROWEST:
         size = float(best.solution.p[k])
         sides = [_at_size(best, k, min(max(size * by, low), high)) for by in (1.0 - share, 1.0 + share)]
@@ -86,7 +93,7 @@ def _begun_with(fitted: Fitted, k: int, values: Sequence[float] | FloatArray) ->
 def _at_size(fitted: Fitted, k: int, size: float) -> Fitted:
     p = fitted.solution.p.copy()
     p[k] = size
-    found = begun_at(fitted, p, BUDGET)
+    found = begun_at(fitted, p, PATIENT, target=fitted.solution.total)
     return found if np.isfinite(found.solution.total) else fitted
 
 
