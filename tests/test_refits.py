@@ -19,7 +19,8 @@ from identify.settled import settled
 from preprocess.cores import on_cores
 from validate import other_start, refits
 from validate.candidates import Screened, candidates, from_starts, screen
-from validate.finalists import astray, finalists
+from validate.finalists import WANTED, astray, finalists
+from validate.from_scratch import from_scratch
 from validate.pace import Pace
 from validate.refits import CONVERGES, FEW, FIRST, begun_at, converges, raced, refined, refit, under
 
@@ -47,6 +48,22 @@ def test_a_race_on_two_cores_gives_what_it_gives_on_one():
         assert alone.solution.total == beside.solution.total
         assert beside.problem is fitted.problem
         assert len(beside.solution.moments.residuals) == len(fitted.problem.windows)
+
+
+def test_far_from_the_noise_what_the_accelerations_want_is_fitted_from_scratch(monkeypatch):
+    """In the valley of a base that lacks much, coefficients are bent so far that no step from there may lead out."""
+    fitted, screened = far_off()
+    bent = replace(fitted, solution=replace(fitted.solution, p=fitted.solution.p * 3.0))
+    chosen = finalists(fitted, screened, thorough=False)
+    found = from_scratch(bent, chosen, Pace())
+    assert 0 < len(found) <= WANTED
+    [late] = [f for s, f in found if s.active.label == "actuator_delay (rudder)"]
+    assert late.chi2_per_dof < 0.2 * fitted.chi2_per_dof
+    assert late.solution.structure.values(late.solution.p, 0)["delay"] == pytest.approx(1.0, abs=0.1)
+    away = replace(fitted, solution=replace(fitted.solution, cost=np.inf))
+    monkeypatch.setattr(refits, "begun", lambda *_: away)
+    monkeypatch.setattr(refits, "went_on", lambda f, *_: f)
+    assert {s.active.label for s, _ in raced(fitted, chosen, Pace())} == {s.active.label for s, _ in found}
 
 
 @pytest.mark.parametrize("near", [True, False])

@@ -49,4 +49,11 @@ def test_where_no_refit_converges_only_what_is_wanted_most_and_clearly_leads(mon
     assert [s.active.label for s in found if s.leads] == ["asymmetry"]
     assert all(s.wanted is not None for s in found)
     assert not any(s.leads for s in chosen(monkeypatch, 1.25, 0.0))
-    assert not any(s.leads for s in chosen(monkeypatch, 2.0 * FAR, 0.0, converges=False))
+
+
+def test_far_from_the_noise_the_few_lead_that_are_wanted_most(monkeypatch):
+    found = chosen(monkeypatch, 2.0 * FAR, 0.6, converges=False)
+    assert [s.active.label for s in found if s.leads] == ["antenna", "asymmetry"]
+    monkeypatch.setitem(GAINS, "clock", 0.65)
+    found = chosen(monkeypatch, 2.0 * FAR, 0.6, converges=False)
+    assert [s.active.label for s in found if s.leads] == ["asymmetry", "clock"]

@@ -49,13 +49,16 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
 def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
     """Of those that no refit may reach from where the fit is, which the accelerations want most, and clearly.
 
-    Far from the noise many run away, none of which may be what is missing: there none leads.
+    Far from the noise, where many may run away, these are few.
     """
-    if converges(fitted) or not fitted.chi2_per_dof < FAR or not chosen:
+    if converges(fitted) or not chosen:
         return chosen
     asked = _asked(fitted, chosen)
-    most = max(map(_gain, asked))
-    return [replace(s, leads=_gain(s) > max(MUCH, HALF * most)) for s in asked]
+    gains = sorted(map(_gain, asked), reverse=True)
+    least = max(MUCH, HALF * gains[0])
+    if not fitted.chi2_per_dof < FAR:
+        least = max(least, *gains[WANTED : WANTED + 1])
+    return [replace(s, leads=_gain(s) > least) for s in asked]
 
 
 def _wanted(fitted: Fitted, others: Sequence[Screened]) -> list[Screened]:

@@ -25,6 +25,7 @@ from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
 from validate.candidates import Screened, prior_of, thinned
+from validate.from_scratch import from_scratch
 from validate.other_start import other_start
 from validate.pace import Pace
 from validate.scan import WORTH
@@ -148,13 +149,14 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
 
     Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
+    Far from it what leads is fitted from scratch, for from the valley of such a base no step may lead to it.
     """
     few = len(finalists) <= MANY
     if converges(base) or (few and base.chi2_per_dof < FAR):
         return _alive(base, _nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
-    whole: list[tuple[Screened, Fitted]] = []
+    whole = from_scratch(base, finalists, pace) if base.chi2_per_dof > FAR else []
     for part in (finalists[:FIRST], finalists[FIRST:]):
         runners = _alive(base, [*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
         ahead = [r for k, r in enumerate(runners) if k < RUNNERS or id(r[0]) in promising]
