@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from identify.base_fit import led, short_windows, tried
-from identify.fitted import FAR, Fitted
+from identify.fitted import Fitted
 from identify.regression import start_by_regression
 from identify.rough_fit import roughly
 from identify.settled import settled
@@ -23,7 +23,7 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple[FloatArray, FloatArray]:
     """Parameters and first states to begin with anew: where the accelerations clearly want a value, fitted with it.
 
-    What ``leads`` and runs away over the base's windows then is led to it through shorter ones, where the base is near.
+    What ``leads`` and runs away over the base's windows then is led to it through shorter ones.
     """
     problem = base.problem
     gain, value = screened.wanted or gain_and_value(structure, problem.stretches, screened.unmoved)
@@ -34,7 +34,7 @@ def other_start(structure: Structure, screened: Screened, base: Fitted) -> tuple
     with suppress(NotIdentifiable):
         p = roughly(structure, problem.stretches, value, short_windows(problem, structure))
     there = settled(problem, structure, p)
-    if not np.isfinite(there.cost) and screened.leads and base.chi2_per_dof < FAR:
+    if not np.isfinite(there.cost) and screened.leads:
         longer = tried(partial(led, structure, problem.stretches, value, problem.length))
         p = p if longer is None else longer.solution.p
         there = settled(problem, structure, p)
