@@ -12,6 +12,7 @@ from identify.effects import EFFECTS
 from identify.fitted import FAR, NEAR
 from validate import loop
 from validate import rounds as module
+from validate.candidates import Screened
 from validate.judgement import _unlikely, plainest
 from validate.pace import Pace
 from validate.rounds import Turn, rounds
@@ -59,7 +60,7 @@ def test_off_the_noise_every_effect_is_refitted_before_it_is_believed_that_none_
     """A clock of the inputs that is a second late promises little to first order, and explains all."""
     seen = []
 
-    def turn(fitted, _pace, _barred, thorough=False):
+    def turn(fitted, _pace, _barred, thorough=False, **_):
         seen.append(thorough)
         return Turn(fitted, (), (), None)
 
@@ -72,7 +73,7 @@ def test_off_the_noise_every_effect_is_refitted_before_it_is_believed_that_none_
 def test_what_a_thorough_look_finds_is_taken(play):
     clock, end = Judged("clock_offset (inputs)", fit(1.0)), fit(1.0, "with it")
 
-    def turn(fitted, _pace, _barred, thorough=False):
+    def turn(fitted, _pace, _barred, thorough=False, **_):
         return Turn(fitted, (), (clock,), clock if thorough and fitted is begin else None)
 
     begin, turns = fit(1.5), []
@@ -118,8 +119,8 @@ def test_a_nearer_fit_that_was_found_on_the_way_is_looked_from_before_pairs_are(
     steps = [fit(9.0), fit(6.0), fit(5.0), fit(4.0)]
     done = []
 
-    def turn(fitted, *_, **__):
-        done.append(f"look at {fitted.chi2_per_dof:g}")
+    def turn(fitted, *_, again):
+        done.append(f"look at {fitted.chi2_per_dof:g}" + " again" * again)
         return Turn(fitted, (), (), None)
 
     def pairs(turn, *_):
@@ -131,7 +132,20 @@ def test_a_nearer_fit_that_was_found_on_the_way_is_looked_from_before_pairs_are(
         _nearer=lambda fitted, _: steps[min(steps.index(fitted) + 1, 3)],
     )  # fmt: skip
     assert rounds(steps[0], [], Pace()) is steps[3]
-    assert done == ["look at 9", "look at 6", "look at 5", "pairs"]
+    assert done == ["look at 9", "look at 6 again", "look at 5 again", "pairs"]
+
+
+def test_nothing_is_fitted_from_scratch_when_it_is_looked_at_again(play):
+    """What such a fit is does not hang on where the search is by then."""
+    asked = []
+    play(
+        candidates=lambda _: [], screen=lambda *_: [], plainest=lambda _: None,
+        finalists=lambda *_: [Screened(Active(EFFECTS[0]), None, None, 1.0, leads=True)],
+        judge=lambda fitted, chosen, *_: asked.extend(s.leads for s in chosen) or (fitted, []),
+    )  # fmt: skip
+    for again in (False, True):
+        module._turn(fit(9.0), Pace(), again=again)
+    assert asked == [True, False]
 
 
 @pytest.mark.parametrize(("chi2", "taken", "lengths"), [

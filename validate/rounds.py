@@ -62,7 +62,7 @@ def rounds(
                 turns.append(instead[0])
                 fitted = instead[1]
                 continue
-        turn = _turn(fitted, pace, barred)
+        turn = _turn(fitted, pace, barred, again=again > 0)
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
             turn = _turn(turn.base, pace, barred, thorough=True)
         swaying = _in_waves(fitted, turn)
@@ -94,16 +94,20 @@ def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
     return under(recalibrated(base.problem, base.solution), base, 20)
 
 
-def _turn(fitted: Fitted, pace: Pace, barred: Names = NONE, thorough: bool = False) -> Turn:
+def _turn(
+    fitted: Fitted, pace: Pace, barred: Names = NONE, thorough: bool = False, again: bool = False
+) -> Turn:
     """One round: every candidate looked at, the most promising refitted and judged, one taken or none.
 
-    If it is to be ``thorough``, the best of every effect and form, whatever a first order promises.
+    If it is to be ``thorough``, the best of every effect and form, whatever a first order promises. When it looks
+    ``again``, nothing leads: a fit from scratch is what it was.
     """
     actives = [a for a in candidates(fitted.solution.structure) if a.effect.name not in barred]
     pace.expect(1 + FINALISTS, ANOTHER + LAST)
     pace(f"a look at {len(actives)} causes")
     screened = screen(fitted, actives)
     chosen = finalists(fitted, screened, thorough)
+    chosen = [replace(s, leads=False) for s in chosen] if again else chosen
     pace.expect(len(chosen), (ANOTHER if chosen else 0.0) + LAST)
     base, judged = judge(fitted, chosen, len(actives), pace) if chosen else (fitted, [])
     worth = [j for j in judged if j.evidence > 0 and _worth_taking(base, j)]
