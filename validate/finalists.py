@@ -12,6 +12,7 @@ from validate.candidates import Screened
 from validate.motion_seen import Wanted
 from validate.refits import converges
 from validate.scan import MUCH, WORTH, gain_and_value
+from validate.swing_scan import swings
 
 #: Candidates that are refitted in each round.
 FINALISTS = 8
@@ -49,16 +50,21 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
 def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
     """Of those that no refit may reach from where the fit is, which the accelerations want most, and clearly.
 
-    Far from the noise, where many may run away, these are few.
+    Far from the noise, where many may run away, these are few, and none that swings by itself: that follows, once
+    fitted, whatever is missing.
     """
     if converges(fitted) or not chosen:
         return chosen
     asked = _asked(fitted, chosen)
-    gains = sorted(map(_gain, asked), reverse=True)
-    least = max(MUCH, HALF * gains[0])
-    if not fitted.chi2_per_dof < FAR:
-        least = max(least, *gains[WANTED : WANTED + 1])
-    return [replace(s, leads=_gain(s) > least) for s in asked]
+    far = not fitted.chi2_per_dof < FAR
+    gains = [0.0 if far and _swings(fitted, s) else _gain(s) for s in asked]
+    most = sorted(gains, reverse=True)
+    least = max(MUCH, HALF * most[0], *(most[WANTED : WANTED + 1] if far else ()))
+    return [replace(s, leads=gain > least) for s, gain in zip(asked, gains, strict=True)]
+
+
+def _swings(fitted: Fitted, screened: Screened) -> bool:
+    return swings(fitted.solution.structure.with_effect(screened.active))
 
 
 def _wanted(fitted: Fitted, others: Sequence[Screened]) -> list[Screened]:
