@@ -135,6 +135,23 @@ def test_a_nearer_fit_that_was_found_on_the_way_is_looked_from_before_pairs_are(
     assert done == ["look at 9", "look at 6 again", "look at 5 again", "pairs"]
 
 
+def test_with_an_effect_taken_it_is_not_looked_at_again_but_anew(play):
+    begin, nearer, after = fit(9.0), fit(8.0), fit(5.0)
+    taken = Judged("delay", after)
+    looks = []
+
+    def turn(fitted, *_, again):
+        looks.append((fitted.chi2_per_dof, again))
+        return Turn(fitted, (), (), taken if fitted is nearer else None)
+
+    play(
+        _turn=turn, astray=lambda _: True, _after=lambda _: after,
+        _nearer=lambda fitted, _: nearer if fitted is begin else fitted,
+    )  # fmt: skip
+    assert rounds(begin, [], Pace()) is after
+    assert looks == [(9.0, False), (8.0, True), (5.0, False)]
+
+
 def test_nothing_is_fitted_from_scratch_when_it_is_looked_at_again(play):
     """What such a fit is does not hang on where the search is by then."""
     asked = []

@@ -54,7 +54,7 @@ def rounds(
 
     Effects whose names are ``barred`` are not looked at.
     """
-    again, waves = 0, None
+    again, repeats, waves = 0, False, None
     while fitted.chi2_per_dof > enough:
         if fitted.problem.swell not in (None, waves):
             waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
@@ -62,7 +62,7 @@ def rounds(
                 turns.append(instead[0])
                 fitted = instead[1]
                 continue
-        turn = _turn(fitted, pace, barred, again=again > 0)
+        turn = _turn(fitted, pace, barred, again=repeats)
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
             turn = _turn(turn.base, pace, barred, thorough=True)
         swaying = _in_waves(fitted, turn)
@@ -75,7 +75,7 @@ def rounds(
             and (nearer := _nearer(fitted, turn.base)) is not fitted
         ):
             turns.append(turn)
-            fitted, again = nearer, again + 1
+            fitted, again, repeats = nearer, again + 1, True
             continue
         new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
         turns += new
@@ -83,7 +83,7 @@ def rounds(
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return _nearer(fitted, turn.base)
         pace(f"taken: {taken.label}")
-        fitted = _after(taken)
+        fitted, repeats = _after(taken), False
     return fitted
 
 
