@@ -61,9 +61,12 @@ def test_far_from_the_noise_what_the_accelerations_want_is_fitted_from_scratch(m
     assert late.chi2_per_dof < 0.2 * fitted.chi2_per_dof
     assert late.solution.structure.values(late.solution.p, 0)["delay"] == pytest.approx(1.0, abs=0.1)
     away = replace(fitted, solution=replace(fitted.solution, cost=np.inf))
-    monkeypatch.setattr(refits, "begun", lambda *_: away)
+    begun = []
+    monkeypatch.setattr(refits, "begun", lambda _, s: begun.append(s.active.label) or away)
     monkeypatch.setattr(refits, "went_on", lambda f, *_: f)
-    assert {s.active.label for s, _ in raced(fitted, chosen, Pace())} == {s.active.label for s, _ in found}
+    leading = {s.active.label for s, _ in found}
+    assert {s.active.label for s, _ in raced(fitted, chosen, Pace())} == leading
+    assert begun and not leading & set(begun)
 
 
 @pytest.mark.parametrize("near", [True, False])

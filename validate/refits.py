@@ -149,7 +149,8 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
 
     Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
-    Far from it what leads is fitted from scratch, for from the valley of such a base no step may lead to it.
+    Far from it what leads is fitted from scratch in place of that, for from the valley of such a base no step may lead
+    to it.
     """
     few = len(finalists) <= MANY
     if converges(base) or (few and base.chi2_per_dof < FAR):
@@ -157,7 +158,9 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
     whole = from_scratch(base, finalists, pace) if base.chi2_per_dof > FAR else []
-    for part in (finalists[:FIRST], finalists[FIRST:]):
+    done = {id(s) for s, _ in whole}
+    racing = [s for s in finalists if id(s) not in done]
+    for part in (racing[:FIRST], racing[FIRST:]):
         runners = _alive(base, [*runners, *_beside(some, part, lambda s: went_on(begun(some, s), 3), pace)])
         ahead = [r for k, r in enumerate(runners) if k < RUNNERS or id(r[0]) in promising]
         whole += _taken_on(base, ahead, {id(s) for s, _ in whole}, pace)
