@@ -67,6 +67,9 @@ def test_names_in_sentences_are_words_but_those_of_inputs_and_files_stay():
         "Here clock offset (yaw rate) cannot be told from actuator lag (n_2); see a/roll_coupling.csv, gyro bias."
     )
     assert advice_words("clock_offset: look.") == "Clock offset: look."
+    assert advice_words("thrust_fade: a. actuator_lag of rudder: b. current: c. Sail. wind is no begin.") == (
+        "Thrust fade: a. Actuator lag of rudder: b. Current: c. Sail. wind is no begin."
+    )
     assert (
         finding_words("yaw_rate: circle -292° of heading, 37-68 s.")
         == "yaw rate: circle −292° of heading, 37-68 s."

@@ -14,6 +14,9 @@ NOT_REFITTED = "not refitted"
 #: What has underscores in sentences: effects, and the streams of a sensor.
 _NAMES = sorted({e.name for e in EFFECTS if "_" in e.name} | {"yaw_rate"}, key=len, reverse=True)
 _NAME = re.compile(rf"(?<![\w./-])(?:{'|'.join(_NAMES)})(?!\w|[./-]\w)")
+#: An effect in words, or any letter at all, at the begin of advice; an effect that begins a later sentence of it.
+_WORDS = "|".join(e.name.replace("_", " ") for e in EFFECTS)
+_BEGIN = re.compile(rf"^[a-z]|(?<=[.?] )(?:{_WORDS})(?=:| of [^:.]+:)")
 
 
 def in_words(text: str) -> str:
@@ -27,9 +30,8 @@ def finding_words(finding: str) -> str:
 
 
 def advice_words(advice: str) -> str:
-    """Advice as it is read: effects in words, and a capital at its begin."""
-    words = finding_words(advice)
-    return words[:1].upper() + words[1:]
+    """Advice as it is read: effects in words, and a capital where one begins a sentence."""
+    return _BEGIN.sub(lambda found: found[0].capitalize(), finding_words(advice))
 
 
 def label_of(c: Candidate) -> str:
