@@ -167,7 +167,10 @@ def bounds(pair: tuple[float, float]) -> str:
 
 
 def _possible(parameter: Parameter) -> str:
-    return "by the vessel's size" if parameter.within else bounds(parameter.bounds)
+    if parameter.within:
+        return "by the vessel's size"
+    of_input = parameter.relative and parameter.bounds[0] > 0.0
+    return bounds(parameter.bounds) + (" (the least: of the input's amplitude)" if of_input else "")
 
 
 def methods() -> list[str]:

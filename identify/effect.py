@@ -35,7 +35,7 @@ class Parameter:
     starts : tuple of float
         Where a search begins, where the cost may have several valleys or no slope at ``null``; empty: at ``null``.
     relative : bool
-        Scale and starts are in units of the amplitude of the input that the effect acts on.
+        Scale, starts and a lower bound above zero are in units of the amplitude of the input that the effect acts on.
     believed : mapping of str to float
         How far from ``null`` a ``relative`` one is believed by the input's kind, in units of its largest value.
     known : float

@@ -181,7 +181,8 @@ class Structure:
             return parameter
         half, largest = self.extents.get(on.name, (1.0, np.inf))
         far, (low, high) = parameter.believed.get(on.kind, np.inf) * largest, parameter.bounds
-        bounds = (max(low, parameter.null - far), min(high, parameter.null + far))
+        least = low * half if low > 0.0 else low
+        bounds = (max(least, parameter.null - far), min(high, parameter.null + far))
         starts = tuple(s * half for s in parameter.starts)
         return replace(parameter, scale=parameter.scale * half, starts=starts, bounds=bounds)
 

@@ -186,9 +186,22 @@ def test_an_offset_is_believed_up_to_half_the_largest_thrust_but_of_any_angle():
     variants = {"actuator_offset": {}, "actuator_deadband": {"form": "neutral"}}
     extents = {RUDDER.name: (0.2, 0.3), PROPELLER.name: (2.0, 8.0)}
     for name, options in variants.items():
-        for on, farthest in ((PROPELLER.name, 4.0), (RUDDER.name, 1e3)):
+        for on, farthest in ((PROPELLER.name, 4.0), (RUDDER.name, np.inf)):
             active = Active(next(e for e in EFFECTS if e.name == name), Variant(on, options))
             structure = replace(structure_of("modulus"), extents=extents).with_effect(active)
             (slot,) = (s for s in structure.slots if s.effect == 0)
             assert slot.parameter.bounds[1] == farthest
             assert slot.parameter.bounds[0] == (0.0 if name == "actuator_deadband" else -farthest)
+
+
+@pytest.mark.parametrize("half", [1e-6, 0.3, 1e4])
+@pytest.mark.parametrize("length", [0.4, 400.0])
+def test_a_search_begins_within_bounds_however_small_the_input_moves(half, length):
+    bare = structure_of("modulus", inputs=(RUDDER, PROPELLER))
+    known = {i.name: (half, 2.0 * half) for i in (RUDDER, PROPELLER)}
+    bare = replace(bare, extents=known, vessel=replace(bare.vessel, length=length))
+    own = [s.parameter for a in candidates(bare) for s in bare.with_effect(a).slots if s.effect >= 0]
+    assert sum(bool(p.starts) for p in own) > 10
+    for p in own:
+        low, high = p.bounds
+        assert all(low < start < high or start == p.null for start in p.starts), p

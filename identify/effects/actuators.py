@@ -50,7 +50,7 @@ ACTUATOR_DELAY = Effect(
 
 
 #: A rate from which on nothing is limited.
-UNLIMITED = 1e4
+UNLIMITED = 1e9
 
 
 def _rate(p: Values) -> float:
@@ -95,7 +95,7 @@ ACTUATOR_DEADBAND = Effect(
     "Fossen 2011, sec. 12.3",
     parameters=(
         Parameter(
-            "width", "input's unit", 0.02, (0.0, 1e3), starts=(0.06, 0.25), relative=True, believed=_NEAR_ZERO
+            "width", "input's unit", 0.02, (0.0, math.inf), starts=(0.06, 0.25), relative=True, believed=_NEAR_ZERO
         ),
     ),
     actuator=_deadband,
@@ -110,7 +110,7 @@ ACTUATOR_OFFSET = Effect(
     "The actuator's zero is not where the log has it.",
     "Line the rudder or the thruster up by eye at zero command; trim of the controller.",
     "Fossen 2011, sec. 12.3",
-    parameters=(Parameter("offset", "input's unit", 0.05, (-1e3, 1e3), relative=True, believed=_NEAR_ZERO),),
+    parameters=(Parameter("offset", "input's unit", 0.05, relative=True, believed=_NEAR_ZERO),),
     actuator=lambda p, a, *_: displaced(*a, p["offset"]),
     variants=_each,
 )  # fmt: skip
