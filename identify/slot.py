@@ -48,5 +48,5 @@ def reference_speed(guess: float) -> Slot:
     """The speed that terms in Δu are about, near a first ``guess``, m/s: with it, the model's own speed is found."""
     sd = U0_KNOWN * guess
     return Slot(
-        U0, -1, Parameter(U0, "m/s", 0.1 * guess, (0.2 * guess, 5.0 * guess), guess), prior=(guess, sd)
+        U0, -1, Parameter(U0, "m/s", 0.1 * guess, (0.5 * guess, 2.0 * guess), guess), prior=(guess, sd)
     )

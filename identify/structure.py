@@ -246,8 +246,14 @@ def null_parameters(structure: Structure) -> FloatArray:
 
 
 def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
-    """The effects' parameters of ``p``, all coefficients zero."""
-    return np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+    """The effects' parameters of ``p``, all coefficients zero, the speed that they are about where it is sought first.
+
+    What a model lacked may have driven that speed to another zero of the resistance, from which none leads back.
+    """
+    out = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+    if structure.u0_place >= 0:
+        out[structure.u0_place] = structure.u0
+    return out
 
 
 def bounded(parameter: Parameter, vessel: Vessel) -> Parameter:

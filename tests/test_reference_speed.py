@@ -36,6 +36,20 @@ def test_the_search_begins_at_the_speed_that_the_vessel_keeps(speed):
     assert with_speed_from_motion(known, [run_up_to(speed)]) is known
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_another_zero_of_the_resistance_is_not_the_speed_that_the_vessel_keeps(seed):
+    """A resistance that vanishes at 0.7 m/s as well as at 1.4: from both the same, and only one was kept."""
+    stretch, u = run_up_to(1.4), np.full(STEPS + 1, 1.05)
+    for k in range(STEPS):
+        u[k + 1] = u[k] - STEP * 0.3 * (u[k] - 1.4) * (u[k] - 0.7)
+    states = np.column_stack([stretch.states[:, :3], u, stretch.states[:, 4:] * 1e-3])
+    noise = 5e-3 * np.random.default_rng(seed).standard_normal(len(u))
+    states[:, 3] += noise
+    structure = structure_of("abkowitz", u0=1.25, u0_found=True)
+    found = with_speed_from_motion(structure, [replace(stretch, states=states)])
+    assert found.u0 == pytest.approx(1.4, rel=0.03)
+
+
 def test_a_speed_that_was_found_is_a_parameter_of_the_fit_that_is_read_back():
     own = {("u", "Δu"): -0.2, ("r", "r"): -0.5, ("r", "δU²"): 0.4}
     terms = [Estimated(d, f"{d} {x}", c, 0.01, unit_of(x, d), term=x) for (d, x), c in own.items()]
