@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from identify.fit import Fit
     from identify.simulate import Manoeuvre, Measure, Order
+    from ingest.errors import SeatrialError
 
 #: What is done where nothing was asked for.
 STANDARD = ("zigzag 10/10", "zigzag 20/20", "circle 35", "stopping")
@@ -49,6 +52,9 @@ def command(
 ) -> None:
     """Run an identified model through standard manoeuvres and print the IMO measures.
 
+    A manoeuvre that cannot be sailed is said after those that can; it is an error where it was asked for by name,
+    or where none can be sailed.
+
     Examples
     --------
         seatrial simulate trials/results
@@ -62,7 +68,8 @@ def command(
     import dataclasses
     import json as text
 
-    from identify.simulate import parse_order, simulate
+    from identify.simulate import parse_order
+    from identify.simulate.order import checked
     from seatrial.cli.stage_lines import StageLines
     from seatrial.manoeuvre_plot import checked_picture, plot_manoeuvres
     from seatrial.models import load_model
@@ -82,24 +89,56 @@ def command(
         "speed": speed, "log": log, "conditions": conditions, "samples": samples, "helm_delay": helm_delay,
     }  # fmt: skip
     orders = [
-        dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes)  # type: ignore[arg-type]
-        for m in manoeuvre or _possible(fit.inputs)
+        checked(dataclasses.replace(_with(parse_order(m), port, helm_rate), **changes))  # type: ignore[arg-type]
+        for m in manoeuvre or STANDARD
     ]
-    done: list[Manoeuvre] = []
     with StageLines(quiet=json, lines=False) as progress:
-        for order in orders:
-            progress("simulate", order.title, len(done) / len(orders))
-            done.append(simulate(fit, order, seed))
-    if out is not None:
+        done, failed = _sail(fit, orders, seed, progress)
+    if out is not None and done:
         plot_manoeuvres(done, fit.vessel.length, out)
-    if json:
+    if json and done:
         typer.echo(text.dumps([_as_data(m) for m in done], indent=1, ensure_ascii=False))
-        return
+    elif done:
+        _print(done, fit.vessel.length)
+    _say_failed(failed, fatal=bool(manoeuvre) or not done)
+
+
+def _sail(
+    fit: Fit, orders: Sequence[Order], seed: int, progress: Callable[[str, str, float], None]
+) -> tuple[list[Manoeuvre], list[SeatrialError]]:
+    """What could be sailed, and why the rest could not."""
+    from identify.simulate import simulate
+    from ingest.errors import SeatrialError
+
+    done: list[Manoeuvre] = []
+    failed: dict[str, SeatrialError] = {}
+    for k, order in enumerate(orders):
+        progress("simulate", order.title, k / len(orders))
+        try:
+            done.append(simulate(fit, order, seed))
+        except SeatrialError as error:
+            failed.setdefault(str(error), error)
+    return done, list(failed.values())
+
+
+def _say_failed(failed: Sequence[SeatrialError], fatal: bool) -> None:
+    from seatrial.cli.reporting import complain
+
+    if failed and fatal:
+        first, *others = failed
+        for other in others:
+            first.add_note(str(other))
+        raise first
+    for error in failed:
+        complain(str(error), "Left out")
+
+
+def _print(done: Sequence[Manoeuvre], length: float) -> None:
     from seatrial.cli.manoeuvre_tables import manoeuvre_tables
     from seatrial.cli.tables import say
 
     for m in done:
-        say(*manoeuvre_tables(m, fit.vessel.length))
+        say(*manoeuvre_tables(m, length))
 
 
 def _print_prime(fit: Fit, speed: float | None, as_json: bool) -> None:
@@ -117,12 +156,6 @@ def _print_prime(fit: Fit, speed: float | None, as_json: bool) -> None:
     from seatrial.cli.tables import say
 
     say(*prime_tables(found, fit.vessel.length, reference))
-
-
-def _possible(inputs: tuple[object, ...]) -> tuple[str, ...]:
-    """The standard manoeuvres that a vessel with these inputs can do."""
-    thrust = any(getattr(i, "kind", "") in ("propeller", "thruster") for i in inputs)
-    return STANDARD if thrust else STANDARD[:-1]
 
 
 def _with(order: Order, port: bool, helm_rate: float | None) -> Order:
