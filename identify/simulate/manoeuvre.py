@@ -12,7 +12,8 @@ from identify.effect import Active
 from identify.fit import Fit
 from identify.simulate.circle import measure_circle, run_circle
 from identify.simulate.helm import driven, helm_for, require_steering, shape_of
-from identify.simulate.measures import UNITS, Measure, imo_limits
+from identify.simulate.intervals import Draws, measure_of, remarks
+from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
 from identify.simulate.plant import Plant, Track, balanced_speed, sail, throttle_for
 from identify.simulate.rebuild import Rebuilt, rebuild
@@ -100,17 +101,15 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     track, values = perform(plant, order)
     if not track.finite:
         raise DataError(f"{order.title}: the model runs away; it cannot be simulated here.")
-    draws, tracks, failed = _uncertainty(plant, order, seed)
+    draws = _uncertainty(plant, order, seed)
     limits = imo_limits(order.kind, order.helm, fit.vessel.length, plant.speed)
-    measures = tuple(_measure(n, v, draws.get(n, np.zeros(0)), limits.get(n)) for n, v in values.items())
-    notes += (
-        [f"{100 * failed:.0f} % of the draws from the parameters' covariance failed."]
-        if failed > 0.05
-        else []
+    measures = tuple(
+        measure_of(n, v, draws.values.get(n, np.zeros(0)), limits.get(n)) for n, v in values.items()
     )
     return Manoeuvre(
-        order, track.t, track.states, track.inputs, measures, plant.speed, tracks, failed, tuple(notes)
-    )
+        order, track.t, track.states, track.inputs, measures, plant.speed, draws.tracks, draws.failed_share,
+        (*notes, *remarks(draws, measures)),
+    )  # fmt: skip
 
 
 def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
@@ -228,20 +227,17 @@ def draw(rebuilt: Rebuilt, count: int, seed: int) -> FloatArray:
     return np.asarray(np.clip(drawn, low, high), dtype=float)
 
 
-def _uncertainty(plant: Plant, order: Order, seed: int) -> tuple[dict[str, FloatArray], FloatArray, float]:
-    """Measures (k,) over draws, tracks of the first of them, and the share that failed."""
-    found: dict[str, list[float]] = {}
-    tracks, failed = [], 0
+def _uncertainty(plant: Plant, order: Order, seed: int) -> Draws:
+    """The manoeuvre over draws of the parameters."""
+    found: list[dict[str, float]] = []
+    tracks: list[FloatArray] = []
     for p in draw(plant.rebuilt, order.samples, seed):
         track, values = perform(plant.with_parameters(p), order)
         good = track.finite and any(math.isfinite(v) for v in values.values())
-        failed += not good
-        if good:
-            tracks.append(track.states[:, :2])
-            for name, value in values.items():
-                found.setdefault(name, []).append(value)
-    shown = _padded(tracks[:30])
-    return {n: np.array(v) for n, v in found.items()}, shown, failed / max(order.samples, 1)
+        found.append(values if good else dict.fromkeys(values, math.nan))
+        tracks += [track.states[:, :2]] if good else []
+    arrays = {n: np.array([f[n] for f in found]) for n in (found[0] if found else ())}
+    return Draws(arrays, _padded(tracks[:30]), len(found), len(found) - len(tracks))
 
 
 def _padded(tracks: list[FloatArray]) -> FloatArray:
@@ -250,11 +246,3 @@ def _padded(tracks: list[FloatArray]) -> FloatArray:
     for row, track in zip(out, tracks, strict=True):
         row[: len(track)] = track
     return out
-
-
-def _measure(name: str, value: float, draws: FloatArray, limit: float | None) -> Measure:
-    draws = draws[np.isfinite(draws)]
-    if len(draws) < 10:
-        return Measure(name, value, UNITS[name], limit=limit)
-    low, high = np.percentile(draws, [2.5, 97.5])
-    return Measure(name, value, UNITS[name], float(draws.std(ddof=1)), float(low), float(high), limit)

@@ -47,7 +47,8 @@ class Measure:
     value : float
         With the parameters as identified; NaN where the manoeuvre did not come so far.
     stderr, low, high : float
-        Standard deviation and 95 % interval over the parameters' uncertainty; NaN without one.
+        Standard deviation and 95 % interval over the parameters' uncertainty; NaN without one, as where more than a few
+        per cent of the draws failed. The interval always holds the value.
     limit : float, optional
         What IMO MSC.137(76) allows at most; it is meant for ships of 100 m and more.
     """
