@@ -47,15 +47,15 @@ class _Rewired:
 
 
 def shares_of(
-    structure: Structure, p: FloatArray, values: Values, stretch: Stretch, answering: str | None = None
+    structure: Structure, p: FloatArray, values: Values, stretch: Stretch, answering: tuple[str, ...] = ()
 ) -> list[Share]:
-    """What every unit of inputs puts into the channels; or those alone that may answer to one of the inputs."""
+    """What every unit of inputs puts into the channels; or those alone that may answer to some of the inputs."""
     inputs, names = structure.inputs, structure.table.channels
     begins = input_clocks(structure, p, stretch, values)
     rewired = _rewired(structure)
     found = []
     for unit in together(inputs):
-        if answering and not rewired.labels and answering not in {i.name for i in unit}:
+        if answering and not rewired.labels and not any(i.name in answering for i in unit):
             continue
         if any(_touched(structure, i) for i in unit):
             series = _series(structure, values, stretch, begins, unit)
@@ -141,8 +141,9 @@ def _series(
     series, switching = _logged(stretch, begins, _rewired(structure), names)
     before = _before(structure, stretch, begins)
     for active, v in zip(structure.actives, values, strict=True):
-        name = active.variant.input
-        if active.effect.actuator and name in names:
+        if not active.effect.actuator:
+            continue
+        for name in names.intersection(active.variant.inputs):
             earlier = replace(before[name], begin=active.begin.get(stretch.name, 0.0))
             command = series[name], switching[name]
             series[name], switching[name] = active.effect.actuator(
@@ -152,7 +153,7 @@ def _series(
     time = stretch.campaign_time + dt * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     for active, v in zip(structure.actives, values, strict=True):
         for item in some:
-            if active.effect.gain and item.kind in THRUSTING and active.variant.input in (None, item.name):
+            if active.effect.gain and item.kind in THRUSTING and active.variant.acts_on(item.name):
                 forces[f"thrust {item.name}"] = forces[f"thrust {item.name}"] * active.effect.gain(v, time)
     return series | forces
 
@@ -201,8 +202,8 @@ def _rewired(structure: Structure) -> _Rewired:
 def _touched(structure: Structure, item: Input) -> bool:
     """Whether an effect acts on an input, other than by a delay or by exchanging it."""
     return any(
-        (a.effect.actuator is not None and a.variant.input == item.name)
-        or (a.effect.gain is not None and a.variant.input in (None, item.name))
+        (a.effect.actuator is not None and item.name in a.variant.inputs)
+        or (a.effect.gain is not None and a.variant.acts_on(item.name))
         for a in structure.actives
     )
 
@@ -238,5 +239,5 @@ def _delay(structure: Structure, values: Values, name: str) -> float:
     return sum(
         active.effect.input_delay(v)
         for active, v in zip(structure.actives, values, strict=True)
-        if active.effect.input_delay and active.variant.input in (None, name)
+        if active.effect.input_delay and active.variant.acts_on(name)
     )

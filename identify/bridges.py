@@ -141,7 +141,7 @@ def _lasting(structure: Structure, p: FloatArray, name: str, change: float) -> f
     return sum(
         a.effect.lasting(structure.values(p, k), change)
         for k, a in enumerate(structure.actives)
-        if a.effect.lasting and a.variant.input == name
+        if a.effect.lasting and name in a.variant.inputs
     )
 
 
@@ -219,7 +219,7 @@ def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) 
     step, values = 0.5 * stretch.h / SUBSTEPS, values_of(structure, p)
     out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
     for shift in (step, -step):
-        for share in shares_of(structure, p, values, _moved(stretch, name, shift), name):
+        for share in shares_of(structure, p, values, _moved(stretch, name, shift), (name,)):
             out[list(share.places)] += share.fine / (2.0 * shift)
     return out
 

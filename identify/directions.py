@@ -97,7 +97,7 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
 
 def _by_input(structure: Structure, p: FloatArray, stretch: Stretch, k: int) -> Iterator[_Moving]:
     """What a parameter moves by the inputs that it acts on."""
-    answering = structure.actives[structure.slots[k].effect].variant.input
+    answering = structure.actives[structure.slots[k].effect].variant.inputs
     nothing = np.zeros(len(structure.table.channels))
     ends = [moved(structure, p, k, sign) for sign in (1.0, -1.0)]
     shares = (shares_of(structure, q, values_of(structure, q), stretch, answering) for q in ends)

@@ -109,10 +109,25 @@ class Setting:
 
 @dataclass(frozen=True)
 class Variant:
-    """One way in which an effect could be there: on which input, with which options."""
+    """One way in which an effect could be there: on which input, on which ``besides`` alike, with which options."""
 
     input: str | None = None
     options: Mapping[str, object] = field(default_factory=dict)
+    besides: tuple[str, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs that it is on; none where it is tied to none."""
+        return () if self.input is None else (self.input, *self.besides)
+
+    @property
+    def each(self) -> tuple[Variant, ...]:
+        """The same on each of its inputs by itself."""
+        return tuple(Variant(n, self.options) for n in self.inputs) or (self,)
+
+    def acts_on(self, name: str) -> bool:
+        """Whether it acts on an input; on all where it is tied to none."""
+        return self.input is None or name in self.inputs
 
 
 @dataclass(frozen=True)
@@ -252,7 +267,7 @@ class Active:
     def label(self) -> str:
         """Name that tells it from the other variants of the same effect."""
         options = [_text(k, v) for k, v in self.variant.options.items()]
-        parts = [p for p in (self.variant.input, *options) if p]
+        parts = [p for p in (" and ".join(self.variant.inputs), *options) if p]
         return self.effect.name + (f" ({', '.join(parts)})" if parts else "")
 
 

@@ -15,9 +15,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 LARGEST, MOST_STARTS = 0.6, 12
 
 
-def sizes_of(stretches: Sequence[Stretch], name: str) -> FloatArray:
-    """Sizes (n,) of an input in all stretches, each once, in order."""
-    inputs = [s.inputs[name] for s in stretches]
+def sizes_of(stretches: Sequence[Stretch], *names: str) -> FloatArray:
+    """Sizes (n,) of some inputs in all stretches, each once, in order."""
+    inputs = [s.inputs[name] for s in stretches for name in names]
     return np.asarray(
         np.unique(np.abs(np.concatenate([m.value[m.good] for m in inputs])).round(9)), dtype=float
     )
@@ -38,7 +38,7 @@ def untold(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) ->
         if not active.effect.stepwise or not active.effect.stepwise(active.variant.options):
             continue
         k = next(k for k, s in enumerate(structure.slots) if s.effect == e)
-        sizes = sizes_of(stretches, str(active.variant.input))
+        sizes = sizes_of(stretches, *active.variant.inputs)
         below = sizes[sizes < p[k]].max(initial=0.0)
         above = sizes[sizes > p[k]].min(initial=np.inf)
         out[k] = (above - below) ** 2 / 12.0 if np.isfinite(above) else 0.0

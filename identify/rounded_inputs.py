@@ -120,7 +120,7 @@ def _answer(
     values = [structure.values(p, e) for e in range(len(structure.actives))]
     out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
     for by in (half, -half):
-        for share in shares_of(structure, p, values, _off(stretch, name, by * samples), name):
+        for share in shares_of(structure, p, values, _off(stretch, name, by * samples), (name,)):
             out[list(share.places)] += math.copysign(1.0, by) * share.fine
     return out
 

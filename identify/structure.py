@@ -128,8 +128,8 @@ class Structure:
     def lead_is_free(self) -> bool:
         """Whether the lead of the inputs can be told from the effects: a delay of all inputs is the same thing."""
         every = {i.name for i in self.inputs}
-        late = {a.variant.input for a in self.actives if a.effect.input_delay}
-        return None not in late and not late >= every
+        late = [set(a.variant.inputs) or every for a in self.actives if a.effect.input_delay]
+        return not set().union(*late) >= every
 
     def carried(self, p: FloatArray, source: Structure) -> FloatArray:
         """Parameters of this structure from those of another: what has the same effect and name, else nothing."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.acting import lead_slot
-from identify.effect import Active, Effect
+from identify.effect import Active, Effect, Variant
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
 from identify.fitted import Fitted
@@ -46,17 +46,19 @@ class Screened:
 def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
     """Every variant of every effect that makes sense here and is not in the structure yet; wiring is tested apart.
 
-    What an input has in one form (a dead band) it does not have in another besides.
+    What an input has in one form (a dead band) it does not have in another besides; inputs have it alike where all of
+    them move.
     """
     taken = {plainly_read(a).label for a in structure.actives}
-    had = {(a.effect.name, a.variant.input) for a in structure.actives if a.variant.input}
+    had = {(a.effect.name, name) for a in structure.actives for name in a.variant.inputs}
     return [
         active
         for effect in effects
         if not effect.rewire
         for variant in effect.variants(structure.setting)
-        if (active := Active(effect, variant)).label not in taken and (effect.name, variant.input) not in had
-        if _moves(structure, active)
+        if (active := Active(effect, variant)).label not in taken
+        if not had.intersection((effect.name, name) for name in variant.inputs)
+        if _moves(structure, active) and _all_move(structure, variant)
     ]
 
 
@@ -77,6 +79,12 @@ def readings(active: Active) -> list[Active]:
 def _moves(structure: Structure, active: Active) -> bool:
     """Whether an effect has parameters in the equations that the model has."""
     return any(s.effect == len(structure.actives) for s in structure.with_effect(active).slots)
+
+
+def _all_move(structure: Structure, variant: Variant) -> bool:
+    """Whether none of several inputs keeps one value: what acts on that alike is the same without it."""
+    halves = [structure.extents.get(name, (1.0, np.inf))[0] for name in variant.inputs]
+    return len(halves) < 2 or min(halves) > 0.0
 
 
 def wirings(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> list[Active]:
@@ -243,7 +251,7 @@ def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
     columns = [x if len(x) == n else x * n for x in lists]
     starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
     if active.effect.stepwise and active.effect.stepwise(active.variant.options):
-        sizes = sizes_of(fitted.problem.stretches, str(active.variant.input))
+        sizes = sizes_of(fitted.problem.stretches, *active.variant.inputs)
         starts += [{mine[0].name: size} for size in between(sizes, mine[0].bounds[1])]
     return starts + _as_far_ahead(fitted, wide)
 

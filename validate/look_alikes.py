@@ -144,7 +144,11 @@ def standing(fitted: Fitted, index: int) -> Standing:
     active = structure.actives[index]
     gain = loss_without(fitted, index)
     among = {s.name for s in fitted.problem.stretches}
-    rivals = [a for a in candidates(structure.without(index)) if _acting(a, among) != _acting(active, among)]
+    rivals = [
+        a
+        for a in candidates(structure.without(index))
+        if _acting(a, among) != _acting(active, among) and not _more_of(active, a)
+    ]
     close = _overlapping(fitted, index, rivals, gain)
     tried = side_by_side(
         lambda a: _as_good(fitted, index, a), close, shared=[*in_common(fitted), *(a.active for a in close)]
@@ -156,12 +160,18 @@ def standing(fitted: Fitted, index: int) -> Standing:
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
 
 
-def _acting(active: Active, among: set[str]) -> tuple[str, str | None, dict[str, object]]:
+def _more_of(active: Active, rival: Active) -> bool:
+    """Whether a rival is the same effect on this input and others besides: more of the same is no other cause."""
+    mine, theirs = active.variant.inputs, rival.variant.inputs
+    return rival.effect is active.effect and len(theirs) > len(mine) and set(theirs) > set(mine)
+
+
+def _acting(active: Active, among: set[str]) -> tuple[str, tuple[str, ...], dict[str, object]]:
     """What an effect is ``among`` some logs: in which others it acts, these cannot tell; its forms are one cause."""
     options = dict(plainly_read(active).variant.options)
     if isinstance(logs := options.get("logs"), tuple):
         options["logs"] = tuple(n for n in logs if n in among)
-    return active.effect.name, active.variant.input, options
+    return active.effect.name, active.variant.inputs, options
 
 
 def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:
@@ -185,7 +195,8 @@ def _kin(fitted: Fitted, index: int, rivals: list[Active]) -> list[Screened]:
     kin = [
         a
         for a in rivals
-        if between_log_and_hull(a) and not smooth(a) and (a.variant.input in (None, mine.variant.input))
+        if between_log_and_hull(a) and not smooth(a)
+        if a.variant.input is None or mine.variant.input in a.variant.inputs
     ]
     best: dict[str, Screened] = {}
     for s in sorted(from_starts(dropped(fitted, index), kin), key=lambda s: -s.gain):

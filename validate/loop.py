@@ -14,6 +14,7 @@ from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.clocks import fewer_clocks
+from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
@@ -207,7 +208,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = pruned(rounds(pruned(settled(rival), pace), turns, pace, barred=barred), pace)
+        fine = pruned(rounds(pruned(on_each_input(settled(rival)), pace), turns, pace, barred=barred), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 

@@ -12,6 +12,7 @@ from identify.structure import effects_alone
 from identify.taken_order import in_order_taken
 from validate.candidates import Screened, candidates, screen
 from validate.consistency import consistent
+from validate.each_input import on_each_input
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.finalists import FINALISTS, astray, finalists
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
@@ -155,6 +156,7 @@ def _after(taken: Judged) -> Fitted:
     fitted = at_likeliest_size(in_likeliest_form(here))
     if fitted is not here:  # what was hidden in the wrong form is no noise
         fitted = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
+    fitted = on_each_input(fitted)
     return with_waves_known(at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted)
 
 

@@ -63,7 +63,7 @@ def begun_between_sizes(fitted: Fitted) -> Fitted:
         return fitted
     structure, stretches = fitted.solution.structure, fitted.problem.stretches
     most = structure.slots[k].parameter.bounds[1]
-    sizes = between(sizes_of(stretches, str(structure.actives[-1].variant.input)), most)
+    sizes = between(sizes_of(stretches, *structure.actives[-1].variant.inputs), most)
     return _begun_with(fitted, k, sizes)
 
 

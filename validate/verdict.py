@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from identify.effect import Active
 from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.report_fit import covariance_of, fitted_effect
@@ -120,7 +121,7 @@ def _round(turn: Turn) -> Round:
             gain = screened.gain if np.isfinite(screened.gain) else 0.0
             candidates.append(
                 Candidate(
-                    screened.active.effect.name, screened.active.variant.input, gain - least_gain(k, tried), 1.0,
+                    screened.active.effect.name, _input_of(screened.active), gain - least_gain(k, tried), 1.0,
                     before, before, f"{screened.active.label}: not refitted: to first order others promised more",
                 )
             )  # fmt: skip
@@ -128,9 +129,14 @@ def _round(turn: Turn) -> Round:
     return Round(residual_tests(turn.base), tuple(sorted(candidates, key=lambda c: -c.evidence)), accepted)
 
 
+def _input_of(active: Active) -> str | None:
+    """The input that a candidate is on; none where it is on several alike."""
+    return None if active.variant.besides else active.variant.input
+
+
 def _candidate(judged: Judged, before: dict[str, float]) -> Candidate:
     active = judged.screened.active
     return Candidate(
-        active.effect.name, active.variant.input, judged.evidence, judged.p_value, before,
+        active.effect.name, _input_of(active), judged.evidence, judged.p_value, before,
         cross_validated(judged.fitted), active.label,
     )  # fmt: skip

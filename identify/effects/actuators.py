@@ -16,8 +16,13 @@ from preprocess.vessel import Vessel
 _NEAR_ZERO = {"propeller": 0.5, "thruster": 0.5, "tunnel": 0.5}
 
 
-def _each(setting: Setting) -> list[Variant]:
-    return [Variant(i.name) for i in setting.inputs]
+def _each(setting: Setting, *forms: dict[str, object]) -> list[Variant]:
+    """Every input by itself, in some forms; and all of a kind, for what is made alike may be off alike."""
+    ways = forms or ({},)
+    kinds = [setting.of_kind(kind) for kind in dict.fromkeys(i.kind for i in setting.inputs)]
+    alike = [Variant(kind[0], form, kind[1:]) for kind in kinds if len(kind) > 1 for form in ways]
+    alone = [Variant(i.name, form) for i in setting.inputs for form in ways]
+    return alone + [v for v in alike if v.options.get("form") != "play"]
 
 
 def _late(most: float, vessel: Vessel) -> tuple[float, float]:
@@ -101,7 +106,7 @@ ACTUATOR_DEADBAND = Effect(
     actuator=_deadband,
     begins=lambda o: o["form"] == "play",
     stepwise=lambda o: o["form"] == "neutral" and o.get("shape") != "shifted",
-    variants=lambda s: [Variant(i.name, form) for i in s.inputs for form in _FORMS],
+    variants=lambda s: _each(s, *_FORMS),
 )  # fmt: skip
 
 ACTUATOR_OFFSET = Effect(

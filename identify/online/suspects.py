@@ -111,7 +111,9 @@ def candidates(structure: Structure) -> list[Active]:
     """Every effect of the library that could have set in; a thruster by itself may have lost thrust, too."""
     taken = {a.label for a in structure.actives}
     setting = replace(structure.setting, logs=(BEFORE, SINCE), identify_logs=(BEFORE, SINCE))
-    known = [Active(e, v) for e in EFFECTS if e.name not in NEVER for v in e.variants(setting)]
+    known = [
+        Active(e, v) for e in EFFECTS if e.name not in NEVER for v in e.variants(setting) if not v.besides
+    ]
     kinds = {i.name: i.kind for i in structure.inputs if i.kind in THRUSTERS}
     alone = [Active(THRUST_ASYMMETRY, Variant(n)) for n in kinds]
     labels = {a.label: a for a in (*known, *alone)}
