@@ -98,7 +98,7 @@ def process(
     offsets = clock_offsets(heading, track, table, segments, inputs if by_response and not turning else None)
     offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
-    found = manoeuvres_of(table, segments, inputs, vessel.length, angles)
+    found = manoeuvres_of(table, segments, inputs, vessel.length, angles, g.run.manoeuvre)
     part = "log" if g.run.role else "part of the log"
     findings = tuple(said(judged, segments, offsets, found, track.wander, words, worth, silent, part))
     rudders = {k: inputs[k] for k, raw in g.inputs.items() if raw.source.quantity == "rudder"}

@@ -25,12 +25,13 @@ def manoeuvres_of(
     inputs: Mapping[str, Measurement],
     length: float,
     angles: frozenset[str] = frozenset(),
+    declared: str | None = None,
 ) -> list[Found]:
-    """Return the manoeuvres of all stretches, in order; ``angles``: inputs whose values are angles."""
+    """Return the manoeuvres of all stretches, in order, as ``declared``; ``angles``: inputs whose values are angles."""
     out: list[Found] = []
     for low, high in segments:
         part = states[(states["t"] >= low) & (states["t"] <= high)]
-        out += classify_stretch(part, inputs, length, angles)
+        out += classify_stretch(part, inputs, length, angles, declared)
     return out
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 
 from preprocess.trial import FloatArray, Measurement, Trial
 from preprocess.vessel import Input
+from preprocess.zigzag import zigzag_angles
 
 #: Kinds of input whose values are angles.
 ANGLES = ("rudder", "azimuth")
@@ -41,7 +42,7 @@ class Found:
 class Motion:
     """Motion on an even grid with the input that steers: (n,) each; ``steer`` is None where nothing does.
 
-    ``length`` is that of the vessel, m.
+    ``length`` is that of the vessel, m; ``every`` the longest time between the samples of an input, s.
     """
 
     t: FloatArray
@@ -52,19 +53,11 @@ class Motion:
     angle: bool
     throttle: FloatArray | None
     length: float = 0.0
+    every: float = 0.0
 
 
 def find_manoeuvres(trial: Trial) -> tuple[Found, ...]:
-    """Classify the stretches of a trial, cut where it lies idle.
-
-    Parameters
-    ----------
-    trial : Trial
-
-    Returns
-    -------
-    tuple of Found
-    """
+    """Classify the stretches of a trial, cut where it lies idle."""
     out: list[Found] = []
     for low, high in trial.segments:
         part = trial.states[(trial.states["t"] >= low) & (trial.states["t"] <= high)]
@@ -82,10 +75,12 @@ def classify_stretch(
     inputs: Mapping[str, Measurement],
     length: float,
     angles: frozenset[str] = frozenset(),
+    declared: str | None = None,
 ) -> list[Found]:
     """Return the manoeuvres of one stretch: idle parts of 10 s or more, and what lies between.
 
-    ``angles`` are the names of the inputs whose values are angles.
+    ``angles`` are the names of the inputs whose values are angles. What a campaign calls a log is believed of what
+    is under way, unless it calls that idle.
     """
     s = gridded(states, inputs, angles=angles)
     if s is None:
@@ -96,7 +91,8 @@ def classify_stretch(
     bounds = np.concatenate([[0], edges, [len(s.t)]])
     pieces = [(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
     step = float(s.t[1] - s.t[0])
-    return [_named(_cut(s, a, b), bool(idle[a])) for a, b in _merged(pieces, idle, 10.0 / step)]
+    declared = None if declared == "idle" else declared
+    return [_named(_cut(s, a, b), bool(idle[a]), declared) for a, b in _merged(pieces, idle, 10.0 / step)]
 
 
 def _merged(pieces: list[tuple[int, int]], idle: np.ndarray, least: float) -> list[tuple[int, int]]:
@@ -129,11 +125,19 @@ def gridded(
     count = min(len(part), 2000) if step is None else max(int(span / step), 2) + 1
     t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], count)
     u, v, psi, r = (np.interp(t, part["t"], part[k]) for k in ("u", "v", "psi", "r"))
-    values = {k: np.interp(t, m.t, m.value) for k, m in inputs.items() if len(m.t) > 1}
+    values = {k: _acting(m, t) for k, m in inputs.items() if len(m.t) > 1}
     steer, angle = _steering(values, angles, r)
     moving = [x for x in values.values() if np.ptp(x) > 0.0]
     throttle = np.mean(np.abs(moving), axis=0) if moving else None
-    return Motion(t, np.hypot(u, v), psi, r, steer, angle, throttle)
+    every = max((m.sample_time for k, m in inputs.items() if k in values), default=0.0)
+    return Motion(t, np.hypot(u, v), psi, r, steer, angle, throttle, every=every)
+
+
+def _acting(m: Measurement, t: FloatArray) -> FloatArray:
+    """Value of an input at some times, (n,): a command holds until the next."""
+    if not m.held:
+        return np.interp(t, m.t, m.value)
+    return np.asarray(m.value[np.maximum(np.searchsorted(m.t, t, side="right") - 1, 0)], dtype=float)
 
 
 def _steering(
@@ -155,20 +159,23 @@ def _cut(s: Motion, a: int, b: int) -> Motion:
     def part(x: FloatArray | None) -> FloatArray | None:
         return None if x is None else x[a:b]
 
-    return Motion(
-        s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b], part(s.steer), s.angle, part(s.throttle), s.length
-    )
+    motion = (s.t[a:b], s.speed[a:b], s.psi[a:b], s.r[a:b])
+    return Motion(*motion, part(s.steer), s.angle, part(s.throttle), s.length, s.every)
 
 
-def _named(s: Motion, idle: bool) -> Found:
-    kind, detail = ("idle", "") if idle else classify(s)
+def _named(s: Motion, idle: bool, declared: str | None) -> Found:
+    kind, detail = ("idle", "") if idle else classify(s, declared)
     return Found(kind, float(s.t[0]), float(s.t[-1]), detail)
 
 
-def classify(s: Motion) -> tuple[str, str]:
-    """Kind and particulars of one piece."""
-    turn = float(np.abs(np.diff(s.psi)).sum())
-    net = float(s.psi[-1] - s.psi[0])
+def classify(s: Motion, declared: str | None = None) -> tuple[str, str]:
+    """Kind and particulars of one piece; the kind is the one ``declared`` where there is one."""
+    kind = declared or _kind(s)
+    return kind, _particulars(kind, s)
+
+
+def _kind(s: Motion) -> str:
+    turn, net = _turn(s)
     levels = plateaus(s.steer) if s.steer is not None else np.empty(0)
     if turn < np.radians(25.0):
         return _straight(s)
@@ -176,14 +183,40 @@ def classify(s: Motion) -> tuple[str, str]:
     if left < DEAD or (left < STOPPED and abs(net) < np.radians(270.0)):
         return _straight(s)
     if len(levels) >= 5 and _one_way(levels) and turn > np.radians(180.0):
-        return "spiral", f"{len(levels)} levels of the steering"
-    if abs(net) > np.radians(270.0) and abs(net) > 0.9 * turn:
-        return "circle", f"{np.degrees(net):+.0f}° of heading{_on_the_spot(s)}"
+        return "spiral"
+    if abs(net) > np.radians(270.0) and _round_one_way(s):
+        return "circle"
     swings = reversals(s.psi, np.radians(4.0))
-    if len(swings) >= 2 and not _large_turns(s.psi, swings) and _alternates(levels):
-        return "zigzag", _zigzag_angles(s)
-    both = _large_turns(s.psi, swings)
-    return ("circle", "to both sides") if both else ("random", "")
+    if _large_turns(s.psi, swings):
+        return "circle"
+    return "zigzag" if len(swings) >= 2 and _alternates(levels) else "random"
+
+
+def _particulars(kind: str, s: Motion) -> str:
+    """What is particular of a piece of a kind, in words."""
+    if kind == "zigzag":
+        return zigzag_angles(s.t, s.psi, s.steer, s.every) if s.steer is not None and s.angle else ""
+    if kind == "circle":
+        return (
+            f"{np.degrees(_turn(s)[1]):+.0f}° of heading{_on_the_spot(s)}"
+            if _round_one_way(s)
+            else "to both sides"
+        )
+    if kind == "spiral" and s.steer is not None:
+        return f"{len(plateaus(s.steer))} levels of the steering"
+    if kind == "stopping":
+        return f"from {s.speed[0]:.2f} to {s.speed[-1]:.2f} m/s"
+    return f"up to {s.speed.max():.2f} m/s" if kind == "speed" else ""
+
+
+def _turn(s: Motion) -> tuple[float, float]:
+    """How far it turned, either way and in all, rad."""
+    return float(np.abs(np.diff(s.psi)).sum()), float(s.psi[-1] - s.psi[0])
+
+
+def _round_one_way(s: Motion) -> bool:
+    turn, net = _turn(s)
+    return abs(net) > 0.9 * turn
 
 
 def _on_the_spot(s: Motion) -> str:
@@ -201,11 +234,10 @@ def _speed_left(s: Motion) -> float:
     return float(np.median(s.speed[-len(s.speed) // 8 - 1 :]) / max(first, 1e-6))
 
 
-def _straight(s: Motion) -> tuple[str, str]:
+def _straight(s: Motion) -> str:
     if _speed_left(s) < STOPPED:
-        return "stopping", f"from {s.speed[0]:.2f} to {s.speed[-1]:.2f} m/s"
-    varied = s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6)
-    return ("speed", f"up to {s.speed.max():.2f} m/s") if varied else ("straight", "")
+        return "stopping"
+    return "speed" if s.speed.std() > 0.12 * max(s.speed.mean(), 1e-6) else "straight"
 
 
 def plateaus(steer: FloatArray, share: float = 0.04) -> FloatArray:
@@ -258,14 +290,3 @@ def _large_turns(psi: FloatArray, swings: FloatArray) -> bool:
     """Whether it turned by more than 270 degrees between two reversals, the ends counted as such."""
     ends = np.concatenate([psi[:1], swings, psi[-1:]])
     return bool(np.abs(np.diff(ends)).max() > 1.5 * np.pi)
-
-
-def _zigzag_angles(s: Motion) -> str:
-    """Rudder angle and heading at which it was put over, as in "20/10", degrees."""
-    if s.steer is None or not s.angle:
-        return ""
-    rudder = float(np.median(np.abs(s.steer[np.abs(s.steer) > 0.5 * np.abs(s.steer).max()])))
-    over = np.flatnonzero(np.diff(np.sign(s.steer - np.median([s.steer.min(), s.steer.max()]))) != 0)
-    away = np.abs(s.psi[over[1:]] - np.median(s.psi)) if len(over) > 2 else np.empty(0)
-    switch = f"{np.degrees(np.median(away)):.0f}" if len(away) else "?"
-    return f"{np.degrees(rudder):.0f}/{switch}"

@@ -1,9 +1,12 @@
 """What a stretch is called, from what it looks like."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from preprocess.manoeuvres import Motion, classify
+from preprocess.manoeuvres import Motion, classify, classify_stretch
+from preprocess.trial import Measurement
+from preprocess.zigzag import zigzag_angles
 
 T = np.linspace(0.0, 100.0, 1001)
 
@@ -45,4 +48,72 @@ def test_a_zigzag_may_begin_and_end_amidships_and_has_angles_where_a_rudder_make
     rates = np.select([T < 8, T < 30, T < 52, T < 74, T < 90], [0.0, 0.02, -0.04, 0.04, -0.02], 0.0)
     kind, detail = classify(motion(STEADY, np.column_stack([T, rates]), steer, angle))
     assert kind == "zigzag"
-    assert detail.startswith("20/") if angle else detail == ""
+    assert detail == ("20/25" if angle else "")
+
+
+def zigzag(rudder, switch, rate, dead=0.0, base=0.0, lead=5.0, step=0.05, duration=150.0):
+    """Time, heading and rudder of a zigzag by Nomoto's first-order model, rad; the rudder moves at ``rate`` °/s."""
+    t = np.arange(0.0, duration, step)
+    psi, steer, moves = np.full(len(t), base), np.zeros(len(t)), [(-np.inf, 0.0)]
+    order, r = 0.0, 0.0
+    for k in range(1, len(t)):
+        off = psi[k - 1] - base
+        wanted = (
+            1.0 if not order and t[k] > lead else -np.sign(off) if abs(off) >= np.radians(switch) else order
+        )
+        if wanted != order:
+            order = wanted
+            moves.append((t[k] + dead, order * np.radians(rudder)))
+        target = [angle for at, angle in moves if at <= t[k]][-1]
+        most = np.radians(rate) * step
+        steer[k] = steer[k - 1] + np.clip(target - steer[k - 1], -most, most)
+        r += step * (0.15 * steer[k] - r) / 4.0
+        psi[k] = psi[k - 1] + step * r
+    return t, psi, steer
+
+
+@pytest.mark.parametrize("angles", [(20, 20), (20, 10), (10, 10), (30, 5), (15, 1), (35, 17)])
+@pytest.mark.parametrize("rate", [2.5, 5.0, 20.0, 1e6])
+def test_a_zigzag_is_called_by_its_orders_however_slow_the_rudder_is(angles, rate):
+    rudder, switch = angles
+    t, psi, steer = zigzag(rudder, switch, rate, base=2.0)
+    slow = (
+        rate == 2.5 and rudder >= 30
+    )  # ordered back before it is over: the rudder's angle is not to be seen
+    assert zigzag_angles(t, psi, steer) == ("" if slow else f"{rudder}/{switch}")
+    late = t > 40.0
+    assert zigzag_angles(t[late], psi[late], steer[late]) == ("" if slow else f"{rudder}/{switch}")
+
+
+def test_what_the_vessel_turns_on_before_the_rudder_moves_is_no_other_angle():
+    t, psi, steer = zigzag(20, 5, 10.0, dead=0.3)
+    moved = np.abs(psi[np.flatnonzero(np.diff(np.abs(steer)) < -1e-3)])
+    assert np.degrees(np.abs(moved)).min() > 5.3
+    assert zigzag_angles(t, psi, steer) == "20/5"
+    noise = np.random.default_rng(1).normal(0.0, np.radians(0.3), len(t))
+    assert zigzag_angles(t, psi, steer + noise) == "20/5"
+
+
+def test_orders_at_no_one_heading_have_no_angle():
+    rng = np.random.default_rng(2)
+    steer = np.repeat(np.where(np.arange(30) % 2, 0.35, -0.35), rng.integers(20, 150, 30))
+    t = 0.1 * np.arange(len(steer))
+    assert zigzag_angles(t, np.cumsum(0.02 * steer), steer) == ""
+    u, psi, held = zigzag(30, 5, 1e6)
+    assert zigzag_angles(u, psi, held, 0.1) == "30/5"
+    assert zigzag_angles(u, psi, held, 2.0) == "", (
+        "it turns on by degrees from one sample of the rudder to the next"
+    )
+    assert zigzag_angles(t, np.zeros(len(t)), np.zeros(len(t))) == ""
+    assert zigzag_angles(t, rng.normal(0.0, 0.1, len(t)), rng.normal(0.0, 0.1, len(t))) == ""
+
+
+def test_what_a_campaign_calls_a_log_is_believed_unless_it_calls_it_idle():
+    t, psi, steer = zigzag(10, 10, 10.0, duration=44.0)
+    states = pd.DataFrame({"t": t, "u": 2.0, "v": 0.0, "psi": psi, "r": np.gradient(psi, t)})
+    inputs = {"rudder": Measurement("rudder", t, steer, 0.0, np.ones(len(t), bool))}
+    found = [
+        classify_stretch(states, inputs, 1.2, frozenset(["rudder"]), d)[0] for d in (None, "idle", "zigzag")
+    ]
+    assert [f.kind for f in found] == ["random", "random", "zigzag"]
+    assert found[-1].detail == "10/10"
