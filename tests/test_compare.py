@@ -124,6 +124,7 @@ def test_figures_of_any_size_keep_their_columns(capsys):
     assert "< -10" in printed
     assert "modulus ls: runs away" in printed
     assert "Optimiser" not in printed
+    assert "\nError" not in printed, "an error begins with this word"
     assert max(map(len, printed.splitlines())) <= 80
 
 

@@ -82,8 +82,9 @@ def _names(text: str | None) -> list[str]:
 
 #: Of what the figures are.
 LEGEND = (
-    "Error: free-running on unseen logs, in standard deviations of u, v, r (1: no better than their mean). "
-    "s: processor time of the fit. No effect beyond the model's own terms is looked for here; 'seatrial run' does that."
+    "The column Error is of free runs on unseen logs, in standard deviations of u, v, r (1: no better than their "
+    "mean); s is the processor time of the fit. No effect beyond the model's own terms is looked for here; "
+    "'seatrial run' does that."
 )
 #: Where the best error is larger than this, all methods miss the same thing.
 POOR = 0.7
