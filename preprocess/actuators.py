@@ -8,6 +8,7 @@ import numpy as np
 
 from ingest.errors import CampaignError, MissingSignal
 from ingest.log import Log, Source
+from ingest.tabular.unstated import LARGEST_RUDDER, ONE_TURN
 from ingest.units import UnknownUnit, factor_to_si
 from preprocess.raw import Raw, strictly_increasing
 from preprocess.resolve import choose_source, find_column, numbers, rows_of, rows_where, topic_of
@@ -17,7 +18,7 @@ from preprocess.vessel import Input, Sensor
 _ANGLES = ("rudder", "azimuth")
 _FORCES = ("thruster", "tunnel")
 #: Angles up to these are taken for radians, by kind: an azimuth may go round; and up to this for degrees.
-_RADIANS, _DEGREES = {"rudder": 1.6, "azimuth": 6.5}, 400.0
+_RADIANS, _DEGREES = {"rudder": LARGEST_RUDDER, "azimuth": ONE_TURN}, 400.0
 #: Commands up to this are shares of the largest, a little over; more are percent.
 _SHARE = 1.5
 

@@ -15,6 +15,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from ingest.errors import MissingSignal
 from ingest.log import Log, Source
+from ingest.tabular.unstated import BETWEEN, GUESSED, SIZE
 from preprocess.actuators import guessed_unit, logged_values, usable_unit
 from preprocess.raw import read_raw
 from preprocess.resolve import choose_source
@@ -28,8 +29,6 @@ LARGER = ("deg", "deg/s", "rpm")
 Named = tuple[str, str]
 #: A yaw rate is held against the heading in steps of so many s, from so many samples on, if it turned so far, rad.
 STEP, FEWEST, ENOUGH = 5.0, 10, 0.2
-#: More than this for every radian of heading is degrees: half-way, as factors go.
-BETWEEN = float(np.sqrt(np.degrees(1.0)))
 
 
 def with_common_units(runs: Sequence[LoggedRun], vessel: Vessel) -> list[LoggedRun]:
@@ -46,15 +45,19 @@ def with_common_units(runs: Sequence[LoggedRun], vessel: Vessel) -> list[LoggedR
 
 
 def _larger(logs: Sequence[Log]) -> dict[Named, str]:
-    """The unit that gives the smaller values, of every source for which different ones were guessed."""
-    guessed: dict[Named, set[str]] = {}
+    """The unit that gives the smaller values, of every source for which different ones were guessed.
+
+    What other signals of a log told goes before what was guessed from the size of the values in another.
+    """
+    guessed: dict[Named, set[tuple[bool, bool, str]]] = {}
     for source in (s for log in logs for s in log.sources if _is_guessed(s)):
-        guessed.setdefault((source.quantity, source.name), set()).add(source.unit)
-    return {k: max(units, key=lambda u: u in LARGER) for k, units in guessed.items() if len(units) > 1}
+        order = (source.options[GUESSED] != SIZE, source.unit in LARGER, source.unit)
+        guessed.setdefault((source.quantity, source.name), set()).add(order)
+    return {k: max(units)[-1] for k, units in guessed.items() if len(units) > 1}
 
 
 def _is_guessed(source: Source) -> bool:
-    return bool(source.options.get("unit_guessed"))
+    return GUESSED in source.options
 
 
 def _with_units(log: Log, some: Mapping[Named, str]) -> Log:

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from ingest import read_log
+from preprocess.guessed_units import with_common_units
 from preprocess.run_of_log import LoggedRun
 from preprocess.trials import make_trials
 from preprocess.vessel import Input, Vessel
@@ -59,3 +60,19 @@ def test_a_slow_ship_says_by_its_heading_what_its_yaw_rate_is_in(tmp_path, facto
     trial = make_trials([run], VESSEL, [Input("n", "thruster", "n")], {})[0]
     r = trial.measurements["yaw_rate"].value
     assert float(np.abs(r).max()) == pytest.approx(np.radians(1.5), rel=0.05)
+
+
+def test_what_the_track_says_of_a_heading_in_one_log_holds_in_a_log_without_motion(tmp_path):
+    """Radians that go on counting beyond one turn: alone they look like degrees."""
+    t = np.arange(0.0, 60.0, 0.1)
+    runs = []
+    for name, moves in (("a", 1.0), ("b", 0.0)):
+        psi = 0.3 * t * moves + 14.0
+        x, y = (np.cumsum(f(psi)) * moves for f in (np.cos, np.sin))
+        path = tmp_path / f"{name}.csv"
+        pd.DataFrame({"time": t, "x": x + 1.0, "y": y, "heading": psi}).to_csv(path, index=False)
+        runs.append(LoggedRun(path.name, read_log(path), "identify"))
+    found = [next(s.unit for s in r.log.sources if s.quantity == "heading") for r in runs]
+    assert found == ["rad", "deg"]
+    common = with_common_units(runs, VESSEL)
+    assert {s.unit for r in common for s in r.log.sources if s.quantity == "heading"} == {"rad"}

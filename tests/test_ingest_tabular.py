@@ -19,7 +19,7 @@ from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
 from ingest.tabular.lines import spans_of
 from ingest.tabular.matlab import MATLAB
-from ingest.tabular.naming import guess_angle_unit, sources_of, split_unit
+from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.timeline import clock_of
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -185,14 +185,6 @@ def test_no_clock_is_said():
 )
 def test_units_in_names(name, expected):
     assert split_unit(name) == expected
-
-
-def test_unit_of_an_angle_from_its_values():
-    turn = np.linspace(0, 4 * np.pi, 1000)
-    assert guess_angle_unit(turn) == "rad"
-    assert guess_angle_unit(np.degrees(turn) % 360) == "deg"
-    assert guess_angle_unit(turn % (2 * np.pi)) == "rad"
-    assert guess_angle_unit(np.full(10, 123.0)) == "deg"
 
 
 @given(st.binary(max_size=400))

@@ -17,6 +17,7 @@ from ingest.tabular.dialect import HEAD, Dialect, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.timeline import Clock, clock_of
+from ingest.tabular.unstated import GUESSED
 
 TOPIC = ""
 
@@ -118,9 +119,11 @@ def _timeless(clock: Clock) -> list[Finding]:
 
 def _guessed(sources: tuple[Source, ...]) -> list[Finding]:
     return [
-        Finding("note", f"'{s.name}' states no unit; taken as {s.unit} from its values", topic=s.topic)
+        Finding(
+            "note", f"'{s.name}' states no unit; taken as {s.unit} from {s.options[GUESSED]}", topic=s.topic
+        )
         for s in sources
-        if s.options.get("unit_guessed")
+        if GUESSED in s.options
     ]
 
 

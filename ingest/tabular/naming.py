@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from ingest.detect import Rule, detect
 from ingest.log import Source
+from ingest.tabular.unstated import GUESSED, GUESSES, SIZE, settled
 
 #: Spellings of units at the end of a name (after ``_``) or in brackets, and the unit that they mean.
 UNITS: Mapping[str, str] = {
@@ -134,13 +134,14 @@ _PATTERNS: tuple[_Pattern, ...] = (
                                     "|apparent_wind_direction|wind_direction_relative")),
              "angle", 40, (("reference", "relative"),)),
     _Pattern("depth", (("value", "depth|water_depth|depth_below_surface"),), "m", 50),
-    _Pattern("rudder", (("value", _RUDDER),), "angle", 50),
+    _Pattern("rudder", (("value", _RUDDER),), "rudder", 50),
     _Pattern("propeller", (("value", _PROPELLER),), "rev", 50),
     _Pattern("propeller", (("value", _SIDE),), "rev", 35, stated=True),
 )  # fmt: skip
 
 _FITTING: Mapping[str, frozenset[str]] = {
     "angle": frozenset({"deg", "rad", "percent"}),
+    "rudder": frozenset({"deg", "rad", "percent"}),
     "rate": frozenset({"deg/s", "rad/s", "deg/min"}),
     "rev": frozenset({"rpm", "rev/s", "percent", "N", "rad/s"}),
     "m": frozenset({"m", "mm", "cm", "km"}),
@@ -164,7 +165,7 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
     rules = [r for p in _PATTERNS for r in _rules(p, names, stated, table, topic)]
     if {"packet_counter", "sample_time_fine"} <= {name for name, _ in names.values()}:
         rules = [_upward(rule) for rule in rules]
-    return detect(rules, {topic: table})
+    return settled(detect(rules, {topic: table}), table)
 
 
 def _upward(rule: Rule) -> Rule:
@@ -202,39 +203,8 @@ def _rule(
         options["speed_unit"] = stated[chosen[0]] or "m/s"
     unit = stated[angle]
     if not unit:
-        guess = _GUESSES.get(pattern.unit)
+        guess = GUESSES.get(pattern.unit)
         unit = guess(table[angle].to_numpy(float, na_value=np.nan)) if guess else pattern.unit
         if guess:
-            options["unit_guessed"] = True
+            options[GUESSED] = SIZE
     return Rule(pattern.quantity, re.escape(topic), fields, unit, pattern.rank, options)
-
-
-def guess_angle_unit(values: NDArray[np.float64]) -> str:
-    """Degrees or radians, from how an angle wraps, or else from how large it gets."""
-    values = values[np.isfinite(values)]
-    steps = np.abs(np.diff(values))
-    if ((steps > 340) & (steps < 380)).any():
-        return "deg"
-    if ((steps > 5.9) & (steps < 6.6)).any() and np.abs(values).max() < 7:
-        return "rad"
-    return "deg" if np.abs(values).max(initial=0.0) > 6.5 and not _winds(steps, values) else "rad"
-
-
-def _winds(steps: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
-    """Whether an angle looks like unwrapped radians: tens at most, never the step of a coarse degree."""
-    return bool(np.abs(values).max() < 40 and np.median(steps) < 0.02)
-
-
-def _guess_rate_unit(values: NDArray[np.float64]) -> str:
-    return "deg/s" if np.nanmax(np.abs(values), initial=0.0) > 3 else "rad/s"
-
-
-def _guess_revolutions_unit(values: NDArray[np.float64]) -> str:
-    return "rpm" if np.nanmax(np.abs(values), initial=0.0) > 60 else "rev/s"
-
-
-_GUESSES: Mapping[str, Callable[[NDArray[np.float64]], str]] = {
-    "angle": guess_angle_unit,
-    "rate": _guess_rate_unit,
-    "rev": _guess_revolutions_unit,
-}
