@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 #: Name of a campaign's file, and how a summary may be written.
 FILENAME, SUFFIXES = "campaign.toml", (".csv", ".parquet")
-DONE, FAILED = "done", "failed"
+#: Status of a campaign; it is wrong where its file is, or names a log or a signal that is not there.
+DONE, FAILED, WRONG = "done", "failed", "wrong campaign"
 COLUMNS = (
     "campaign", "status", "vessel", "model", "verdict", "effects", "look_alikes", "fitness_before", "fitness_after",
     "r2_u", "r2_v", "r2_r", "position_rmse", "unexplained_u", "unexplained_v", "unexplained_r", "seconds", "error",
@@ -190,8 +191,9 @@ def _runs(left: Sequence[Voyage], workers: int, scheduler: str | None) -> Iterat
 def _row_of(voyage: Voyage, done: Done[Row]) -> Row:
     if done.failure is None:
         return done.result()
+    status = WRONG if issubclass(done.failure.kind, UsageError) else FAILED
     why = _sentence(done.failure)
-    return {"campaign": voyage.campaign, "status": FAILED, "error": why, "results": "", "key": voyage.key}
+    return {"campaign": voyage.campaign, "status": status, "error": why, "results": "", "key": voyage.key}
 
 
 def _sentence(failure: Failure) -> str:

@@ -262,6 +262,18 @@ def test_the_command_sums_up_and_its_status_tells(tmp_path, calls):
     failed = CliRunner().invoke(make_app(), ["fleet", str(folder), "--out", str(summary), "--workers", "1"])
     assert isinstance(failed.exception, DataError)
     assert "1 of 2" in str(failed.exception)
+    assert "bad: nothing in it." in failed.output.splitlines()
+
+
+def test_a_campaign_file_that_is_wrong_is_told_from_data_that_give_nothing(tmp_path, calls):
+    folder, summary = campaigns(tmp_path / "all", "bad", "good", "odd"), tmp_path / "s.csv"
+    (folder / "odd" / "campaign.toml").write_text(CAMPAIGN.replace("length", "lenght"))
+    done = CliRunner().invoke(make_app(), ["fleet", str(folder), "--out", str(summary), "--workers", "1"])
+    assert isinstance(done.exception, UsageError)
+    assert "2 of 3 campaigns gave no results, 1 of them" in str(done.exception)
+    assert {r["status"] for r in read_summary(summary)} == {"failed", "done", "wrong campaign"}
+    reason = "".join(done.output.partition("\nodd: ")[2].split())
+    assert "campaign.toml:[vessel]lenght:" in reason
 
 
 def test_what_is_no_summary_is_not_overwritten(tmp_path):

@@ -38,13 +38,14 @@ def command(
 ) -> None:
     """Run many campaigns; those that are finished and unchanged are not run again.
 
+    The exit status is 2 where a campaign file is wrong, else 1 where one gave no results.
+
     Examples
     --------
         seatrial fleet trials/*/ --out fleet.parquet
 
         seatrial fleet trials --scheduler tcp://head:8786
     """
-    from ingest.errors import DataError
     from seatrial.campaign.options import check_name
     from seatrial.cli.stage_lines import StageLines
     from seatrial.fleet_run import Options, campaigns_in, checked_summary, fleet, voyages
@@ -69,9 +70,20 @@ def command(
         )
     if not quiet:
         _show(table, out)
-    failed = int((table["status"] != "done").sum())
+    _complain_of(table, out)
+
+
+def _complain_of(table: pd.DataFrame, out: Path) -> None:
+    """An error where a campaign gave no results."""
+    from ingest.errors import DataError, UsageError
+    from seatrial.fleet_run import DONE, WRONG
+
+    failed, wrong = int((table["status"] != DONE).sum()), int((table["status"] == WRONG).sum())
+    said = f"{failed} of {len(table)} campaigns gave no results"
+    if wrong:
+        raise UsageError(f"{said}, {wrong} of them because their file is wrong; {out} says why.")
     if failed:
-        raise DataError(f"{failed} of {len(table)} campaigns gave no results; {out} says why.")
+        raise DataError(f"{said}; {out} says why.")
 
 
 def _tell(progress: StageLines, row: dict[str, Any], count: int, total: int) -> None:
@@ -90,8 +102,12 @@ def _show(table: pd.DataFrame, out: Path) -> None:
     found = table[["status", "verdict", "effects", "error"]].astype("string").fillna("").to_numpy()
     numbers = table[["fitness_before", "fitness_after", "seconds"]].astype(float).to_numpy()
     rows = [
-        [name, str(verdict or status), str(e or why), *(f"{x:.3g}" if x == x else "–" for x in n)]
-        for name, (status, verdict, e, why), n in zip(names, found, numbers, strict=True)
+        [name, str(verdict or status), str(effects), *(f"{x:.3g}" if x == x else "–" for x in n)]
+        for name, (status, verdict, effects, _), n in zip(names, found, numbers, strict=True)
     ]
     columns = ("Campaign", "Verdict", "Effects", "Before", "After", "s")
-    say(table_of(columns, rows, columns[3:]), Text(f"Summary: {out}", no_wrap=True))
+    say(table_of(columns, rows, columns[3:]))
+    say(
+        *(Text(f"{name}: {why}", style="yellow") for name, (*_, why) in zip(names, found, strict=True) if why)
+    )
+    say(Text(f"Summary: {out}", no_wrap=True))
