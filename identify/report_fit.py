@@ -17,6 +17,7 @@ from identify.misfit import misfit_scale
 from identify.output_error import Solution
 from identify.physical import physical_notes
 from identify.prepare import Prepared
+from identify.same_columns import merged_into, merged_words, merging, same_columns
 from identify.shared_levels import shared_by_windows
 from identify.slot import Slot
 from identify.structure import Structure
@@ -112,19 +113,22 @@ def _counted(problem: Problem, *, drifts: bool) -> Problem:
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:
     """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
-    structure, p = fitted.solution.structure, fitted.solution.p
-    covariance = covariance_of(fitted)
+    structure, same = fitted.solution.structure, same_columns(fitted)
+    merge = merging(same, len(fitted.solution.p))
+    p, covariance = merge @ fitted.solution.p, merge @ covariance_of(fitted) @ merge.T
     own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and not s.nuisance]
-    coefficients = [_coefficient(structure.slots[k], p[k], covariance[k, k], fitted, k) for k in own]
+    held = fitted.solution.held & (p == fitted.solution.p)
+    told = {k: _coefficient(structure.slots[k], float(p[k]), covariance[k, k], bool(held[k])) for k in own}
+    told |= {s.given_up: merged_into(s, told) for s in same}
     effects, jacobians = [], []
     for e in range(len(structure.actives)):
         made, jacobian = fitted_effect(structure, p, covariance, e)
         effects.append(made)
         jacobians.append(jacobian)
     rows = np.vstack([np.eye(len(p))[own], *jacobians])
-    notes = [*prepared.notes, *_lead_note(structure, p, covariance)]
+    notes = [*prepared.notes, *(merged_words(s, told) for s in same), *_lead_note(structure, p, covariance)]
     fit = Fit(
-        structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(coefficients),
+        structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
         prepared.digest, tuple(notes), structure.u0_at(p), _typical(prepared),
     )  # fmt: skip
@@ -139,18 +143,13 @@ def _typical(prepared: Prepared) -> dict[str, float]:
     }
 
 
-def _coefficient(slot: Slot, value: float, variance: float, fitted: Fitted, k: int) -> Estimated:
-    if slot.prior is not None:
-        return _flow_parameter(
-            slot, float(value), float(np.sqrt(max(variance, 0.0))), bool(fitted.solution.held[k])
-        )
-    text, dof = (slot.term.text, slot.term.dof) if slot.term else (slot.name, "")
+def _coefficient(slot: Slot, value: float, variance: float, at_bound: bool) -> Estimated:
     stderr = float(np.sqrt(max(variance, 0.0)))
-    at_bound = bool(fitted.solution.held[k])
-    reason = _reason(float(value), stderr, at_bound)
-    return Estimated(
-        dof, slot.name, float(value), stderr, unit_of(text, dof), not reason, at_bound, reason, text
-    )
+    if slot.prior is not None:
+        return _flow_parameter(slot, value, stderr, at_bound)
+    text, dof = (slot.term.text, slot.term.dof) if slot.term else (slot.name, "")
+    reason = _reason(value, stderr, at_bound)
+    return Estimated(dof, slot.name, value, stderr, unit_of(text, dof), not reason, at_bound, reason, text)
 
 
 def _flow_parameter(slot: Slot, value: float, stderr: float, at_bound: bool) -> Estimated:
@@ -267,14 +266,16 @@ def lead_words(lead: float, error: float, expected: float) -> list[str]:
     return []
 
 
-def equations(structure: Structure, p: FloatArray) -> tuple[str, ...]:
+def equations(fitted: Fitted) -> tuple[str, ...]:
     """The fitted equations as text, one per degree of freedom."""
+    structure, same = fitted.solution.structure, same_columns(fitted)
+    p, gone = merging(same, len(fitted.solution.p)) @ fitted.solution.p, {s.given_up for s in same}
     lines = []
     for dof, left in (("u", "u̇"), ("v", "v̇"), ("r", "ṙ"), ("e1", "ė₁"), ("e2", "ė₂")):
         parts = [
             (p[k], s.term.text)
             for k, s in enumerate(structure.slots)
-            if s.term is not None and s.term.dof == dof
+            if s.term is not None and s.term.dof == dof and k not in gone
         ]
         if parts:
             lines.append(f"{left} = " + _sum(parts))

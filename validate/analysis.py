@@ -127,7 +127,7 @@ def analyse(
     return Analysis(
         made[0], made[-1], scored[0], scored[1], diagnosis, tables,
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
-        equations(after.solution.structure, after.solution.p), _papers(after),
+        equations(after), _papers(after),
     )  # fmt: skip
 
 
