@@ -9,9 +9,12 @@ import numpy as np
 from identify.simulate.measures import at, crossing
 from identify.simulate.order import Order
 from identify.simulate.plant import Plant, Track, sail
+from identify.simulate.short import short_of_heading
 
 #: Change of heading at which it ends, rad.
 END = math.radians(540.0)
+#: Change of heading from which on the turn is steady, rad.
+STEADY = math.radians(360.0)
 #: Time given, in ship lengths at approach speed.
 PATIENCE = (40.0, 160.0)
 
@@ -31,7 +34,9 @@ def run_circle(plant: Plant, order: Order) -> Track:
 def measure_circle(track: Track, order: Order) -> dict[str, float]:
     """Advance and transfer at 90°, tactical diameter at 180°, and the steady turn over the last 180°."""
     turned = order.side * track.states[:, 2]
-    quarter, half, last = (crossing(track.t, turned, math.radians(a)) for a in (90.0, 180.0, 360.0))
+    quarter, half, last = (
+        crossing(track.t, turned, a) for a in (math.radians(90.0), math.radians(180.0), STEADY)
+    )
     x, y = track.states[:, 0], order.side * track.states[:, 1]
     speed, rate, drift = _steady(track, last)
     return {
@@ -45,6 +50,12 @@ def measure_circle(track: Track, order: Order) -> dict[str, float]:
         "steady_yaw_rate": rate,
         "steady_drift": drift,
     }
+
+
+def short_of_circle(track: Track, order: Order) -> str:
+    """Why its measures were not all reached; nothing where they were."""
+    came = float(np.max(order.side * track.states[:, 2]))
+    return "" if came >= STEADY else short_of_heading(track, "the order", 0.0, came, STEADY)
 
 
 def _steady(track: Track, begin: float) -> tuple[float, float, float]:

@@ -10,16 +10,16 @@ import numpy as np
 
 from identify.effect import Active
 from identify.fit import Fit
-from identify.simulate.circle import measure_circle, run_circle
+from identify.simulate.circle import measure_circle, run_circle, short_of_circle
 from identify.simulate.helm import driven, helm_for, require_steering, shape_of
 from identify.simulate.intervals import Draws, measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
 from identify.simulate.plant import Plant, Track, balanced_speed, sail, throttle_for
 from identify.simulate.rebuild import Rebuilt, rebuild
-from identify.simulate.spiral import measure_spiral, run_spiral
-from identify.simulate.stopping import measure_stopping, run_stopping
-from identify.simulate.zigzag import measure_zigzag, run_zigzag
+from identify.simulate.spiral import measure_spiral, run_spiral, short_of_spiral
+from identify.simulate.stopping import measure_stopping, run_stopping, short_of_stop
+from identify.simulate.zigzag import measure_zigzag, run_zigzag, short_of_zigzag
 from identify.stretch import step_for
 from ingest.errors import DataError, UsageError, nearest
 
@@ -98,7 +98,7 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     """
     order = checked(parse_order(manoeuvre) if isinstance(manoeuvre, str) else manoeuvre)
     plant, notes = plant_for(fit, order)
-    track, values = perform(plant, order)
+    track, values, short = perform(plant, order)
     if not track.finite:
         raise DataError(f"{order.title}: the model runs away; it cannot be simulated here.")
     draws = _uncertainty(plant, order, seed)
@@ -108,7 +108,7 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     )
     return Manoeuvre(
         order, track.t, track.states, track.inputs, measures, plant.speed, draws.tracks, draws.failed_share,
-        (*notes, *remarks(draws, measures)),
+        (*notes, *([short] if short else []), *remarks(draws, measures)),
     )  # fmt: skip
 
 
@@ -195,18 +195,18 @@ def _turned_to_starboard(plant: Plant, order: Order) -> Plant:
     return replace(plant, helm=replace(plant.helm, sign=sign))
 
 
-def perform(plant: Plant, order: Order) -> tuple[Track, dict[str, float]]:
-    """Run the manoeuvre once; its track and measures."""
+def perform(plant: Plant, order: Order) -> tuple[Track, dict[str, float], str]:
+    """Run the manoeuvre once; its track, its measures, and why it did not come to its end, if so."""
     if order.kind == "zigzag":
         zigzag = run_zigzag(plant, order)
-        return zigzag.track, measure_zigzag(zigzag, order)
-    run, measure = {
-        "circle": (run_circle, measure_circle),
-        "spiral": (run_spiral, measure_spiral),
-        "stopping": (run_stopping, measure_stopping),
+        return zigzag.track, measure_zigzag(zigzag, order), short_of_zigzag(zigzag, order)
+    run, measure, short = {
+        "circle": (run_circle, measure_circle, short_of_circle),
+        "spiral": (run_spiral, measure_spiral, short_of_spiral),
+        "stopping": (run_stopping, measure_stopping, short_of_stop),
     }[order.kind]
     track = run(plant, order)
-    return track, measure(track, order)
+    return track, measure(track, order), short(track, order)
 
 
 def draw(rebuilt: Rebuilt, count: int, seed: int) -> FloatArray:
@@ -232,7 +232,7 @@ def _uncertainty(plant: Plant, order: Order, seed: int) -> Draws:
     found: list[dict[str, float]] = []
     tracks: list[FloatArray] = []
     for p in draw(plant.rebuilt, order.samples, seed):
-        track, values = perform(plant.with_parameters(p), order)
+        track, values, _ = perform(plant.with_parameters(p), order)
         good = track.finite and any(math.isfinite(v) for v in values.values())
         found.append(values if good else dict.fromkeys(values, math.nan))
         tracks += [track.states[:, :2]] if good else []

@@ -53,6 +53,16 @@ def measure_spiral(track: Track, order: Order) -> dict[str, float]:
     }
 
 
+def short_of_spiral(track: Track, order: Order) -> str:
+    """Why the loop has no width; nothing where it has one."""
+    if math.isfinite(measure_spiral(track, order)["loop_width"]):
+        return ""
+    helm = math.degrees(order.helm)
+    return (
+        f"Not reached: on one of the ways between {helm:g}° of helm to both sides the turn keeps to one side."
+    )
+
+
 def _zero(angles: FloatArray, rates: FloatArray) -> float:
     """Helm at which the turn changes its side."""
     turns = np.nonzero(np.sign(rates[:-1]) != np.sign(rates[1:]))[0]

@@ -30,6 +30,14 @@ def _stopped(track: Track) -> float:
     return crossing(track.t, -track.states[:, 3], 0.0)
 
 
+def short_of_stop(track: Track, _: Order) -> str:
+    """Why its measures were not reached; nothing where they were."""
+    if math.isfinite(_stopped(track)):
+        return ""
+    t, u = track.t[-1], track.states[-1, 3]
+    return f"Not reached: {t:.3g} s after the order astern the vessel makes {u:.3g} m/s ahead."
+
+
 def measure_stopping(track: Track, _: Order) -> dict[str, float]:
     """Reach along the track, ahead and to the side, and the time it took."""
     end = _stopped(track)

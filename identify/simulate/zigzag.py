@@ -10,9 +10,12 @@ import numpy as np
 from identify.simulate.measures import at, crossing
 from identify.simulate.order import Order
 from identify.simulate.plant import Command, Plant, Track, sail
+from identify.simulate.short import short_of_heading
 
 #: Helm orders given: enough for two overshoots and a whole period.
 EXECUTES = 5
+#: What these are called.
+NUMBERS = ("first", "second", "third", "fourth", "fifth")
 #: Time given to a leg, in ship lengths at approach speed; the second where the first did not do.
 PATIENCE = (12.0, 60.0)
 
@@ -68,6 +71,16 @@ def measure_zigzag(zigzag: Zigzag, order: Order) -> dict[str, float]:
         "initial_turning": at(track.t, track.path, times[1]),
         "period": times[4] - times[2],
     }
+
+
+def short_of_zigzag(zigzag: Zigzag, order: Order) -> str:
+    """Why its measures were not all reached; nothing where they were."""
+    track, orders = zigzag.track, zigzag.executes
+    if len(orders) == EXECUTES:
+        return ""
+    towards = order.side * (-1) ** (len(orders) - 1)
+    came = float(np.max(towards * track.states[track.t >= orders[-1], 2]))
+    return short_of_heading(track, f"the {NUMBERS[len(orders) - 1]} order", orders[-1], came, order.heading)
 
 
 def _overshoot(track: Track, begin: float, end: float, side: int, order: Order) -> float:
