@@ -190,6 +190,17 @@ def test_thrusters_steer_by_their_difference():
     assert found["steady_yaw_rate"].value > 0
     assert found.inputs["left"][3] == pytest.approx(1.0)
     assert found.inputs["right"][3] == pytest.approx(0.0)
+    assert any("35° to starboard is left 1, right 0 (ahead: left 0.5, right 0.5" in n for n in found.notes)
+
+
+def test_a_thruster_gives_no_more_than_its_calibration_and_the_command_ahead_is_said():
+    coefficients = {("u", "u"): -0.5, ("u", "T:thruster"): 2.0, ("r", "r"): -1.0, ("r", "N:thruster"): 6.0}
+    calibrated = tuple(replace(m, pwm=(1100.0, 1500.0, 1900.0), value=(-1.0, 0.0, 1.0)) for m in MOTORS)
+    fit = fit_of(coefficients, "modulus", calibrated, typical_inputs={"left": 0.0, "right": 0.0})
+    found = simulate(fit, Order("zigzag", math.radians(35) / 2, samples=0))
+    assert {found.inputs["left"].max(), found.inputs["right"].max()} == {1.0}
+    assert found.inputs["right"][3] == pytest.approx(0.5)
+    assert any("No thrust ahead is typical of the logs" in n for n in found.notes)
 
 
 def test_a_speed_that_is_asked_for_is_held():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,8 +55,27 @@ class Helm:
                 out[item.name] = self.ahead[item.name] + self.sign * helm
             else:
                 share = self.paired.get(item.name, 0.0)
-                out[item.name] = base * (1.0 + share * self.sign * helm / HARD_OVER)
+                most = np.maximum(np.abs(base), greatest(item))
+                out[item.name] = np.clip(base * (1.0 + share * self.sign * helm / HARD_OVER), -most, most)
         return out
+
+    def words(self, helm: float) -> list[str]:
+        """How a helm (rad) to starboard is applied where thrusters steer; nothing where a rudder or an azimuth does."""
+        if not self.paired:
+            return []
+        ahead, turning = (
+            ", ".join(f"{n} {v:.3g}" for n, (v,) in values.items() if n in self.paired)
+            for values in (self.commands(np.array([angle]), np.ones(1)) for angle in (0.0, helm))
+        )
+        return [
+            f"A helm of {math.degrees(helm):.3g}° to starboard is {turning} (ahead: {ahead}; 35° stops the inner "
+            "thruster and doubles the outer one, within its calibration)."
+        ]
+
+
+def greatest(item: Input) -> float:
+    """The greatest command of an input that its calibration knows."""
+    return max(map(abs, item.value), default=math.inf)
 
 
 def helm_for(inputs: tuple[Input, ...], ahead: Mapping[str, float]) -> Helm:
@@ -78,9 +97,22 @@ def _pairs(inputs: tuple[Input, ...]) -> dict[str, float]:
 def shape_of(inputs: tuple[Input, ...], typical: Mapping[str, float]) -> dict[str, float]:
     """Commands on a straight course, up to a common factor: typical values, or all drives alike."""
     screws = [i.name for i in inputs if i.kind in ("propeller", "thruster")]
-    known = np.array([typical.get(n, 0.0) for n in screws])
-    level = float(np.mean(known)) if len(known) and np.mean(known) > 0 else 1.0
+    level = _typical_ahead(screws, typical) or 1.0
     return {i.name: level if i.name in screws else 0.0 for i in inputs}
+
+
+def assumed(inputs: tuple[Input, ...], typical: Mapping[str, float]) -> list[str]:
+    """What is said where the drives go ahead at a command that is not that of the logs."""
+    screws = [i.name for i in inputs if i.kind in ("propeller", "thruster")]
+    if not screws or _typical_ahead(screws, typical):
+        return []
+    return ["No thrust ahead is typical of the logs: the approach is at a command of 1."]
+
+
+def _typical_ahead(screws: Sequence[str], typical: Mapping[str, float]) -> float | None:
+    """Mean of the typical commands of the drives; None where that is not ahead."""
+    mean = sum(typical.get(n, 0.0) for n in screws) / max(len(screws), 1)
+    return mean if mean > 0.0 else None
 
 
 def require_steering(helm: Helm, kind: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from identify.effect import Active
 from identify.fit import Fit
 from identify.simulate.circle import measure_circle, run_circle, short_of_circle
-from identify.simulate.helm import driven, helm_for, require_steering, shape_of
+from identify.simulate.helm import assumed, driven, helm_for, require_steering, shape_of
 from identify.simulate.intervals import Draws, measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
@@ -126,8 +126,9 @@ def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
         require_steering(helm, order.kind)
     notes += _extrapolation(rebuilt, order)
     plant = Plant(rebuilt, helm, 1.0, step_for(fit.vessel.length), order.log or "", order.helm_rate)
-    plant, said = _approach(plant, order, bool(fit.typical_inputs))
-    return _turned_to_starboard(plant, order), notes + said
+    plant, said = _approach(plant, order, fit.typical_inputs)
+    plant = _turned_to_starboard(plant, order)
+    return plant, notes + said + (plant.helm.words(order.helm) if order.kind != "stopping" else [])
 
 
 def _check_log(name: str | None, known: tuple[str, ...]) -> None:
@@ -157,14 +158,14 @@ def _extrapolation(rebuilt: Rebuilt, order: Order) -> list[str]:
     return ["Thrust astern is an extrapolation where no log had it."] if order.kind == "stopping" else []
 
 
-def _approach(plant: Plant, order: Order, typical: bool) -> tuple[Plant, list[str]]:
+def _approach(plant: Plant, order: Order, typical: Mapping[str, float]) -> tuple[Plant, list[str]]:
     """Speed and throttle of the approach."""
     length = plant.rebuilt.structure.vessel.length
     froude = FROUDE * math.sqrt(GRAVITY * length)
     if order.speed is None and typical:
         speed = balanced_speed(plant, 15.0 * froude)
         if speed is not None:
-            return replace(plant, speed=speed), []
+            return replace(plant, speed=speed), assumed(plant.helm.inputs, typical)
     speed = order.speed or froude
     said = (
         []

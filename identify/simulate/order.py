@@ -27,7 +27,7 @@ class Order:
         ``zigzag``, ``circle``, ``spiral`` or ``stopping``.
     helm : float
         Rudder (or azimuth) angle, rad; where thrusters steer by their difference, 35 degrees stop the inner one and
-        double the outer one.
+        double the outer one, which goes no further than its calibration does.
     heading : float
         Change of heading at which a zigzag's helm is reversed, rad.
     side : int
@@ -103,8 +103,11 @@ def checked(order: Order) -> Order:
     """
     if order.kind not in KINDS:
         raise UsageError(f"manoeuvre: expected one of {', '.join(KINDS)}, found '{order.kind}'.")
-    if order.kind != "stopping" and not 0.0 < order.helm <= math.pi:
-        raise UsageError(f"manoeuvre: a helm of {math.degrees(order.helm):g}° cannot be given.")
+    if order.kind != "stopping" and not 0.0 < order.helm <= math.pi / 2:
+        found = f"{math.degrees(order.helm):g}°"
+        raise UsageError(
+            f"manoeuvre: a helm of {found} cannot be given: expected more than 0°, and at most 90°."
+        )
     if order.kind == "zigzag" and not 0.0 < order.heading <= math.pi:
         raise UsageError(
             f"manoeuvre: a zigzag needs a heading angle, found {math.degrees(order.heading):g}°."
