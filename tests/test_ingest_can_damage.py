@@ -1,6 +1,7 @@
 """Damaged CAN logs: every whole record is kept, what is lost is said, nothing raises."""
 
 import random
+import re
 
 import pytest
 from can_samples import (
@@ -120,6 +121,28 @@ def test_a_spoilt_blf_container_costs_itself_only():
     frames = transport("blf", bytes(data))
     assert len(whole) - 3500 < len(frames) < len(whole)
     assert identity(frames)[-2000:] == identity(whole)[-2000:]
+
+
+def test_what_follows_a_break_inside_a_blf_container_is_not_believed():
+    """A wrong byte seldom stops zlib: all that follows reads as objects, of other senders and times."""
+    data = written(voyage(300), ".blf")
+    whole = identity(transport("blf", data))
+    spans = [m.start() for m in re.finditer(b"LOBJ", data)]
+    rng = random.Random(7)
+    for k in range(40):
+        broken, which = bytearray(data), rng.randrange(1, len(spans) - 1)
+        broken[rng.randrange(spans[which] + 40, spans[which + 1] - 8)] ^= rng.choice([0x41, 1 << k % 8])
+        log, frames = log_of(READER["blf"], bytes(broken)), transport("blf", bytes(broken))
+        assert set(identity(frames)) <= set(whole)
+        assert len(frames) > len(whole) - 3500
+        assert [f.offset for f in log.findings if f.kind == "damaged"] == [spans[which]]
+
+
+def test_a_pause_at_the_end_of_half_a_blf_is_none_of_its_damage():
+    messages = [*voyage(20), *voyage(20, start=START_S + 100)]
+    data = written(messages, ".blf")
+    half = transport("blf", data[:-200])
+    assert len(half) > 0.8 * len(messages)
 
 
 @pytest.mark.parametrize("name", ["asc", "trc", "can-csv", "ydraw", "actisense"])

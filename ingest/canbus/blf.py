@@ -10,13 +10,11 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ingest.canbus.blf_objects import LARGEST_CONTAINER, LONGEST_OBJECT, believed, objects, sound
 from ingest.canbus.candump import other_frames
-from ingest.canbus.frames import Capture, Frames, joined
+from ingest.canbus.frames import Capture, joined, no_frames
 from ingest.damage import damage_findings, merged
 from ingest.log import Finding
 
@@ -26,34 +24,9 @@ OBJECT_HEADER = struct.Struct("<4sHHLL")
 CONTAINER_HEADER = struct.Struct("<H6xL4x")
 SYSTEM_TIME = struct.Struct("<8H")
 START_AT = 40
-CONTAINER, CAN_MESSAGE, CAN_MESSAGE2, OTHER_CAN = 10, 1, 86, (73, 100, 101)
-TEN_MICROSECONDS = 1
-#: A container says how much it unpacks to; more than this is a lie.
-LARGEST_CONTAINER = 64 << 20
-#: What is left of an object at the end of a container is kept for the next, up to this length.
-LONGEST_OBJECT = 1 << 20
-#: A CAN message object: header (version 1 or 2: 32 bytes of it), then the message.
-OBJECT = np.dtype(
-    {
-        "names": [
-            "header",
-            "version",
-            "size",
-            "type",
-            "flags",
-            "time",
-            "channel",
-            "kind",
-            "dlc",
-            "id",
-            "data",
-        ],
-        "formats": ["<u2", "<u2", "<u4", "<u4", "<u4", "<i8", "<u2", "u1", "u1", "<u4", "(8,)u1"],
-        "offsets": [4, 6, 8, 12, 16, 24, 32, 34, 35, 36, 40],
-        "itemsize": 48,
-    }
-)
-REMOTE, EXTENDED = 0x80, 0x8000_0000
+CONTAINER = 10
+#: Bytes before the deflate stream in one of zlib.
+ZLIB_HEADER = 2
 
 
 def sniff(head: bytes) -> float:
@@ -63,17 +36,20 @@ def sniff(head: bytes) -> float:
 
 def read(data: memoryview) -> Capture:
     """Frames of a BLF file."""
-    parts, damaged, other = [], [], 0
-    tail = b""
+    parts, doubtful, damaged, other = [no_frames()], [False], [], 0
+    tail, whole = b"", True
     for piece in pieces(data):
-        if piece.broken:
-            damaged.append((piece.offset, piece.length))
         text = tail + piece.content
-        frames, end, holes, passed = objects(text)
-        tail = text[end:] if len(text) - end <= LONGEST_OBJECT else b""
-        if holes or len(text) - end > LONGEST_OBJECT:
+        found = objects(text)
+        too_long = len(text) - found.end > LONGEST_OBJECT
+        if piece.broken or found.holes(whole) or too_long:
             damaged.append((piece.offset, piece.length))
-        parts.append(frames)
+        found = found.first(sound(found, parts[-1], piece.contradicted)) if piece.garbled else found
+        tail, whole = b"" if piece.broken or too_long else text[found.end :], not piece.broken
+        frames, passed = found.frames()
+        if len(frames):
+            parts.append(frames)
+            doubtful.append(piece.garbled)
         other += passed
     spans = merged([s for s in damaged if s[1]])
     findings = (
@@ -81,7 +57,7 @@ def read(data: memoryview) -> Capture:
         *other_frames(other),
         *start_notes(data),
     )
-    return Capture(joined(parts), {}, findings, sum(n for _, n in spans), "start")
+    return Capture(joined(believed(parts, doubtful)), {}, findings, sum(n for _, n in spans), "start")
 
 
 def start_notes(data: memoryview) -> tuple[Finding, ...]:
@@ -99,12 +75,18 @@ def start_notes(data: memoryview) -> tuple[Finding, ...]:
 
 @dataclass(frozen=True)
 class Piece:
-    """Unpacked content of one object of the file; its place in the file; whether some of it is lost."""
+    """Unpacked content of one object of the file, and its place in the file.
+
+    ``broken``: some of it is lost; ``garbled``: what is left may be wrong from an unknown place on; ``contradicted``:
+    nothing is missing, but the checksum is another.
+    """
 
     offset: int
     length: int
     content: bytes
     broken: bool = False
+    garbled: bool = False
+    contradicted: bool = False
 
 
 def pieces(data: memoryview) -> Iterator[Piece]:
@@ -141,88 +123,33 @@ def unpacked(data: memoryview, start: int) -> Piece:
         return Piece(start, len(data) - start, b"", True)
     method, _ = CONTAINER_HEADER.unpack_from(data, body)
     packed = bytes(data[body + CONTAINER_HEADER.size : end])
-    content, whole = (packed, True) if method == 0 else inflated(packed)
-    return Piece(start, end - start, content, cut or not whole)
+    if method == 0:
+        return Piece(start, end - start, packed, cut)
+    piece = inflated(packed, start, end - start, end == len(data))
+    return replace(piece, broken=True) if cut else piece
 
 
-def inflated(packed: bytes) -> tuple[bytes, bool]:
-    """What zlib can unpack, and whether that is all."""
+def inflated(packed: bytes, offset: int, length: int, last: bool) -> Piece:
+    """What zlib can unpack; of the ``last`` container of a file the end may be cut off, and nothing is garbled."""
     engine = zlib.decompressobj()
     try:
         content = engine.decompress(packed, LARGEST_CONTAINER)
     except zlib.error:
-        return salvaged(packed), False
-    return content, engine.eof
+        content, complete = salvaged(packed)
+        return Piece(offset, length, content, True, True, complete)
+    return Piece(offset, length, content, not engine.eof, not engine.eof and not last)
 
 
-def salvaged(packed: bytes, step: int = 64) -> bytes:
-    """What zlib unpacks up to the damage."""
-    engine = zlib.decompressobj()
+def salvaged(packed: bytes, step: int = 64) -> tuple[bytes, bool]:
+    """What zlib unpacks up to where it cannot go on, without its checksum, and whether that is all."""
+    engine = zlib.decompressobj(-zlib.MAX_WBITS)
     out, size = [], 0
     try:
-        for i in range(0, len(packed), step):
-            if size >= LARGEST_CONTAINER:
+        for i in range(ZLIB_HEADER, len(packed), step):
+            if size >= LARGEST_CONTAINER or engine.eof:
                 break
             out.append(engine.decompress(packed[i : i + step], LARGEST_CONTAINER - size))
             size += len(out[-1])
     except zlib.error:
         pass
-    return b"".join(out)
-
-
-def objects(content: bytes) -> tuple[Frames, int, bool, int]:
-    """CAN data frames in unpacked content.
-
-    Returns
-    -------
-    frames : Frames
-    end : int
-        Where an object begins that is not complete.
-    holes : bool
-        Whether there is anything between the objects.
-    other : int
-        Number of remote, error and CAN FD frames.
-    """
-    text = np.frombuffer(content, np.uint8)
-    at, head = candidates(text)
-    ends = at + head["size"].astype(np.int64)
-    whole = ends <= len(text)
-    at, head, ends = at[whole], head[whole], ends[whole]
-    outer = np.maximum.accumulate(np.concatenate([[0], ends[:-1]])) <= at
-    at, head, ends = at[outer], head[outer], ends[outer]
-    holes = bool((at[1:] - ends[:-1] > 7).any()) or bool(len(at) and at[0] > 7)
-    end = int(ends[-1]) if len(at) else 0
-    message = np.isin(head["type"], (CAN_MESSAGE, CAN_MESSAGE2)) & (head["size"] >= OBJECT.itemsize)
-    classic = message & (head["kind"] & REMOTE == 0) & (head["dlc"] <= 8)
-    other = int((message & ~classic).sum() + np.isin(head["type"], OTHER_CAN).sum())
-    return frames_of(head[classic]), end, holes, other
-
-
-def candidates(text: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.void]]:
-    """Offsets and heads of everything that looks like an object."""
-    room = len(text) - 15
-    if room <= 0:
-        return np.empty(0, np.int64), np.empty(0, OBJECT)
-    first = np.flatnonzero(text[:room] == ord("L"))
-    for k, letter in enumerate(b"OBJ", start=1):
-        first = first[text[first + k] == letter]
-    padded = np.concatenate([text, np.zeros(OBJECT.itemsize, np.uint8)])
-    head = padded[first[:, None] + np.arange(OBJECT.itemsize)].view(OBJECT)[:, 0]
-    sane = (head["header"] >= 16) & (head["size"] >= head["header"]) & (head["size"] <= LARGEST_CONTAINER)
-    return first[sane], head[sane]
-
-
-def frames_of(head: NDArray[np.void]) -> Frames:
-    """The frames of CAN message objects."""
-    unit = np.where(head["flags"] == TEN_MICROSECONDS, 10_000, 1)
-    ports, channel = np.unique(head["channel"], return_inverse=True)
-    inside = np.arange(8) < head["dlc"][:, None]
-    return Frames(
-        head["time"] * unit,
-        head["id"] & np.uint32(0x1FFF_FFFF),
-        (head["id"] & np.uint32(EXTENDED)) != 0,
-        channel.astype(np.int16),
-        head["dlc"].astype(np.uint8),
-        np.where(inside, head["data"], 0).astype(np.uint8),
-        tuple(str(int(p) - 1) for p in ports) or ("",),
-    )
+    return b"".join(out), engine.eof
