@@ -10,12 +10,14 @@ from seatrial.campaign.faults import Fault, found, nearest_one
 from seatrial.campaign.input_rules import input_faults
 from seatrial.campaign.sensor_rules import sensor_faults
 from seatrial.campaign.tables import CampaignTable, DialectTable, LogTable
+from seatrial.campaign.vessel_rules import geometry_faults
 from seatrial.names import ESTIMATORS, MODELS, OPTIMISERS
 
 
 def faults_in(table: CampaignTable) -> list[Fault]:
     """Everything that is wrong with a campaign whose keys and types are right."""
     return [
+        *geometry_faults(table),
         *model_faults(table),
         *smoother_faults(table),
         *input_faults(table),
