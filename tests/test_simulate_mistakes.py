@@ -33,6 +33,14 @@ def test_an_option_that_cannot_be_is_said_and_not_left_out(tmp_path, option, sai
     assert said in str(found)
 
 
+@pytest.mark.parametrize("manoeuvre", ["circle 95", "zigzag 120/20", "circle 0"])
+def test_a_helm_that_no_rudder_has_is_refused(manoeuvre):
+    with pytest.raises(
+        UsageError, match=r"helm of \d+° cannot be given: expected more than 0°, and at most 90°"
+    ):
+        simulate(blanke(), manoeuvre)
+
+
 def test_a_log_whose_loading_holds_is_one_that_an_effect_names():
     ratio = Estimated("", "ratio", 1.5, 0.01, "1")
     loaded = FittedEffect("mass_change", None, (ratio,), {"logs": ["heavy.csv"]})
