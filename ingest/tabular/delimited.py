@@ -13,7 +13,7 @@ import pandas as pd
 from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
-from ingest.tabular.dialect import HEAD, Dialect, detect, encoding_of
+from ingest.tabular.dialect import GROUPED, HEAD, Dialect, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.timeline import Clock, clock_of
@@ -65,7 +65,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     findings = _bad_lines(lines, whole, array)
     frame = _parse(text, spans_of(lines, whole | (lines.fields == 0)), dialect)
     del lines, whole
-    table, cells = _numbers(frame)
+    table, cells = _numbers(frame, dialect.decimal)
     decoded = timed(table, {str(k): v for k, v in dialect.units.items()})
     bad = sum(f.length or 0 for f in findings)
     findings += cells
@@ -182,13 +182,13 @@ def _parse_piece(text: memoryview, spans: list[tuple[int, int]], dialect: Dialec
     )
 
 
-def _numbers(frame: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
+def _numbers(frame: pd.DataFrame, decimal: str) -> tuple[pd.DataFrame, list[Finding]]:
     """Columns of text that are mostly numbers become numbers; the cells that are not are findings."""
     columns, findings = {}, []
     for name in frame.columns:
         column = frame[name]
         if not pd.api.types.is_numeric_dtype(column):
-            column, bad = _as_numbers(column)
+            column, bad = _as_numbers(column, decimal)
             if bad:
                 text = f"{bad} cells of '{name}' are not numbers"
                 findings.append(Finding("damaged", text, topic=TOPIC, count=bad))
@@ -196,10 +196,14 @@ def _numbers(frame: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
     return pd.DataFrame(columns), findings
 
 
-def _as_numbers(column: pd.Series) -> tuple[pd.Series, int]:
+def _as_numbers(column: pd.Series, decimal: str) -> tuple[pd.Series, int]:
     present = column.notna()
     text = column.astype(str).str.strip().str.replace(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", regex=True)
     numbers = pd.to_numeric(text.where(present), errors="coerce")
+    grouped = present & numbers.isna() & text.str.match(GROUPED[decimal])
+    if grouped.any():
+        whole = text[grouped].str.replace("." if decimal == "," else ",", "").str.replace(",", ".")
+        numbers[grouped] = pd.to_numeric(whole, errors="coerce")
     if not present.any() or numbers[present].notna().mean() < 0.5:
         return column, 0
     return numbers.astype(float), int((present & numbers.isna()).sum())

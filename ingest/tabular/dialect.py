@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from ingest.tabular.naming import is_unit
 
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eEdD][+-]?\d+)?$")
+#: A number whose thousands are told apart: by commas, or by points where the decimal mark is a comma.
+GROUPED = {",": r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d*)?$", ".": r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?$"}
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "inf", "-inf", "-", "--", "*", "?"})
 TIME = re.compile(
     r"(\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d:?\d\d)?)?|\d\d?:\d\d(:\d\d([.,]\d+)?)?)$"
@@ -61,12 +63,27 @@ def split(line: str, delimiter: str) -> list[str]:
     """Return the fields of a line, stripped of blanks and quotes."""
     if delimiter == " ":
         return line.split()
-    return [field.strip().strip('"') for field in line.split(delimiter)] if line.strip() else []
+    if '"' in line:
+        return [_unquoted(field.strip()) for field in _outside_quotes(line, delimiter)]
+    return [field.strip() for field in line.split(delimiter)] if line.strip() else []
+
+
+def _outside_quotes(line: str, delimiter: str) -> list[str]:
+    """The fields of a line as they stand; a delimiter between quotes is none (RFC 4180)."""
+    parts = line.split('"')
+    parts[::2] = [part.replace(delimiter, "\n") for part in parts[::2]]
+    return '"'.join(parts).split("\n")
+
+
+def _unquoted(field: str) -> str:
+    quoted = len(field) > 1 and field[0] == field[-1] == '"'
+    return field[1:-1].replace('""', '"').strip() if quoted else field.strip('"')
 
 
 def is_value(field: str) -> bool:
     """Whether a field is a number, a time, or says that there is none."""
-    return bool(NUMBER.match(field) or field.lower() in MISSING or TIME.match(field))
+    grouped = "," in field and "." in field and any(re.match(form, field) for form in GROUPED.values())
+    return bool(NUMBER.match(field) or grouped or field.lower() in MISSING or TIME.match(field))
 
 
 def likeness_of(fields: Sequence[str]) -> float:
@@ -183,5 +200,8 @@ def _unique(names: Sequence[str]) -> tuple[str, ...]:
 
 def _decimal(rows: Sequence[Sequence[str]], delimiter: str) -> str:
     numbers = [f for row in rows for f in row if NUMBER.match(f)]
-    comma = delimiter != "," and any("," in f for f in numbers) and not any("." in f for f in numbers)
-    return "," if comma else "."
+    commas = [f for f in numbers if "," in f]
+    if any("." in f for f in numbers) or not commas:
+        return "."
+    # between commas a field with one is quoted, and may be a whole number with its thousands told apart
+    return "." if delimiter == "," and all(re.match(GROUPED["."], f) for f in commas) else ","

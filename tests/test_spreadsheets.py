@@ -1,0 +1,52 @@
+"""Tables as spreadsheets write them: quotes, thousands, dates in days, a header alone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ingest import ReadOptions
+from ingest.reader import Decoded
+from ingest.tabular.delimited import DELIMITED
+
+
+def decode(text: str | bytes) -> Decoded:
+    raw = text.encode() if isinstance(text, str) else text
+    return DELIMITED.read(Path("x.csv"), memoryview(raw), ReadOptions())
+
+
+def test_quoted_fields_may_hold_the_delimiter():
+    form = '{t:.2f},"{a:.4f}",{b:.4f},"turn, now"\n'
+    decoded = decode(
+        't,"heading, true [deg]","pos ""n""",note\n'
+        + "".join(form.format(t=0.1 * i, a=0.5 * i, b=1.0 * i) for i in range(20))
+    )
+    table = decoded.tables[""]
+    assert list(table.columns) == ["t", "heading, true [deg]", 'pos "n"', "note"]
+    assert len(table) == 20 and not decoded.findings
+    np.testing.assert_allclose(table["heading, true [deg]"], 0.5 * np.arange(20))
+    assert [(s.quantity, s.unit) for s in decoded.sources] == [("heading", "deg")]
+
+
+@pytest.mark.parametrize("delimiter", [",", ";"])
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [('"1,404.5"', 1404.5), ('"1,234,404.5"', 1_234_404.5), ('"1.404,5"', 1404.5), ('"-14,25"', -14.25)],
+)
+def test_quoted_decimal_commas_and_thousands(field, value, delimiter):
+    english = field.rfind(".") > field.rfind(",")
+    lines = [("t", "x", "rpm"), *((f"{i}.5", f"{i}.0", field) for i in range(20))]
+    if not english:
+        lines = [
+            lines[0],
+            *((f'"{a}"'.replace(".", ","), f'"{b}"'.replace(".", ","), c) for a, b, c in lines[1:]),
+        ]
+    decoded = decode("".join(delimiter.join(line) + "\n" for line in lines))
+    np.testing.assert_array_equal(decoded.tables[""]["rpm"], np.full(20, value))
+    np.testing.assert_array_equal(decoded.tables[""]["x"], np.arange(20))
+    assert not decoded.bytes_damaged
+
+
+def test_whole_thousands_between_commas_are_no_decimals():
+    decoded = decode("t,x,rpm\n" + "".join(f'{i},{2 * i},"1,{400 + i}"\n' for i in range(20)))
+    np.testing.assert_array_equal(decoded.tables[""]["rpm"], 1400 + np.arange(20))
