@@ -84,6 +84,8 @@ class Fit:
         Reference speed of terms in Δu, m/s.
     typical_inputs : mapping of str to float
         Median of every input over the logs that it was identified on: where a manoeuvre begins.
+    largest_inputs : mapping of str to float
+        Largest value of every input there, without sign: what is beyond is an extrapolation.
     """
 
     model: str
@@ -101,3 +103,4 @@ class Fit:
     notes: tuple[str, ...] = ()
     u0: float | None = None
     typical_inputs: Mapping[str, float] = field(default_factory=dict)
+    largest_inputs: Mapping[str, float] = field(default_factory=dict)

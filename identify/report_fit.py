@@ -130,16 +130,19 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
-        prepared.digest, tuple(notes), structure.u0_at(p), _typical(prepared),
+        prepared.digest, tuple(notes), structure.u0_at(p), *_typical_and_largest(prepared),
     )  # fmt: skip
     return replace(fit, notes=(*fit.notes, *physical_notes(fit)))
 
 
-def _typical(prepared: Prepared) -> dict[str, float]:
-    """Median of each input over the logs of the fit."""
-    return {
-        i.name: float(np.median(np.concatenate([s.inputs[i.name].value for s in prepared.identify])))
+def _typical_and_largest(prepared: Prepared) -> tuple[dict[str, float], dict[str, float]]:
+    """Median of each input over the logs of the fit, and its largest value without sign."""
+    values = {
+        i.name: np.concatenate([s.inputs[i.name].value for s in prepared.identify])
         for i in prepared.structure.inputs
+    }
+    return {n: float(np.median(v)) for n, v in values.items()}, {
+        n: float(np.abs(v).max()) for n, v in values.items()
     }
 
 

@@ -66,6 +66,13 @@ def test_the_thrust_of_one_rate_and_a_constant_are_one_coefficient_and_the_repor
     assert not equations(fitted)[0].endswith("+ 0")
 
 
+def test_what_the_logs_have_of_every_input_is_told_too():
+    prepared, fitted = at_rates(0.0)
+    fit = told(prepared, fitted)
+    (propeller,) = (i.name for i in fit.inputs if i.kind == "propeller")
+    assert (fit.typical_inputs[propeller], fit.largest_inputs[propeller]) == (RATE, RATE)
+
+
 def test_what_is_told_predicts_what_the_fit_does():
     prepared, fitted = at_rates(0.0)
     split = shared_out(fitted, 0.6)

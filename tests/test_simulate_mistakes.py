@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 from identification_samples import PROPELLER, RUDDER
@@ -39,6 +40,15 @@ def test_a_helm_that_no_rudder_has_is_refused(manoeuvre):
         UsageError, match=r"helm of \d+° cannot be given: expected more than 0°, and at most 90°"
     ):
         simulate(blanke(), manoeuvre)
+
+
+def test_a_helm_beyond_that_of_the_logs_is_called_an_extrapolation(tmp_path):
+    write_model(blanke(largest_inputs={"rudder": math.radians(20.0), "n": 12.0}), tmp_path / "model.json")
+    fit = read_model(tmp_path / "model.json")
+    said = "A helm of 35° is an extrapolation: in the logs rudder never goes beyond ±20°."
+    assert said in simulate(fit, Order("circle", math.radians(35.0), samples=0)).notes
+    for order in ("zigzag 20/20", "circle 15", "stopping"):
+        assert not [n for n in simulate(fit, order).notes if "helm" in n]
 
 
 def test_a_log_whose_loading_holds_is_one_that_an_effect_names():

@@ -16,6 +16,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Helm at which differential thrust stops the inner thruster.
 HARD_OVER = math.radians(35.0)
+#: A helm that is more than so many times the largest of the logs is beyond them: feedback is never quite the order.
+BEYOND = 1.05
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,15 @@ class Helm:
                 most = np.maximum(np.abs(base), greatest(item))
                 out[item.name] = np.clip(base * (1.0 + share * self.sign * helm / HARD_OVER), -most, most)
         return out
+
+    def beyond(self, helm: float, largest: Mapping[str, float]) -> list[str]:
+        """What is said of a helm (rad) beyond the ``largest`` that the logs have of what takes its angle."""
+        return [
+            f"A helm of {math.degrees(helm):.3g}° is an extrapolation: in the logs {n} never goes beyond "
+            f"±{math.degrees(largest[n]):.3g}°."
+            for n in self.turned
+            if n in largest and helm > BEYOND * largest[n]
+        ]
 
     def words(self, helm: float) -> list[str]:
         """How a helm (rad) to starboard is applied where thrusters steer; nothing where a rudder or an azimuth does."""

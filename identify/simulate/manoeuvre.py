@@ -124,6 +124,7 @@ def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
         raise UsageError("stopping: none of the inputs gives thrust.")
     if order.kind != "stopping":
         require_steering(helm, order.kind)
+        notes += helm.beyond(order.helm, fit.largest_inputs)
     notes += _extrapolation(rebuilt, order)
     plant = Plant(rebuilt, helm, 1.0, step_for(fit.vessel.length), order.log or "", order.helm_rate)
     plant, said = _approach(plant, order, fit.typical_inputs)
