@@ -50,3 +50,21 @@ def test_quoted_decimal_commas_and_thousands(field, value, delimiter):
 def test_whole_thousands_between_commas_are_no_decimals():
     decoded = decode("t,x,rpm\n" + "".join(f'{i},{2 * i},"1,{400 + i}"\n' for i in range(20)))
     np.testing.assert_array_equal(decoded.tables[""]["rpm"], 1400 + np.arange(20))
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 1.0, 10.0])
+def test_a_date_as_a_number_counts_days(step):
+    days = 46_156.5 + step * np.arange(200) / 86_400.0
+    decoded = decode("time,x,y\n" + "".join(f"{d:.10f},{i},{i}\n" for i, d in enumerate(days)))
+    assert decoded.utc_of_index_zero_ns == 0
+    index = decoded.tables[""].index.to_numpy()
+    assert index[0] == 1_778_760_000 * 10**9  # 2026-05-14, noon
+    np.testing.assert_allclose(np.diff(index), step * 1e9, atol=1e5)
+    assert any("days since 1899-12-30" in f.message for f in decoded.findings)
+
+
+@pytest.mark.parametrize("step", [0.001, 0.1, 1.0])
+def test_the_time_of_day_in_seconds_is_no_date(step):
+    decoded = decode("time,x,y\n" + "".join(f"{46_156.0 + step * i:.3f},{i},{i}\n" for i in range(200)))
+    np.testing.assert_allclose(np.diff(decoded.tables[""].index), step * 1e9)
+    assert decoded.utc_of_index_zero_ns is None

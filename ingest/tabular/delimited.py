@@ -91,7 +91,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     clock = clock_of(table)
     if clock is None or not clock.good.any():
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
-    findings = _timeless(clock)
+    findings = _remarks(clock)
     table = table if clock.good.all() else table[clock.good]
     ns, strayed = without_strays(clock.ns[clock.good])
     ns, clock_findings = continue_clock(ns)
@@ -108,13 +108,12 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     )
 
 
-def _timeless(clock: Clock) -> list[Finding]:
+def _remarks(clock: Clock) -> list[Finding]:
     missing = int((~clock.good).sum())
-    return (
-        [Finding("damaged", f"{missing} rows without a time in '{clock.column}'", count=missing)]
-        if missing
-        else []
-    )
+    found = [Finding("clock", clock.note)] if clock.note else []
+    if missing:
+        found.append(Finding("damaged", f"{missing} rows without a time in '{clock.column}'", count=missing))
+    return found
 
 
 def _guessed(sources: tuple[Source, ...]) -> list[Finding]:

@@ -26,6 +26,9 @@ DATE_NAMES = ("datum", "date")
 
 _SCALE = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1, "min": 60_000_000_000}
 DAY_NS = 86_400_000_000_000
+#: Spreadsheets count days from 1899-12-30: the day 1970-01-01, and those of 2000 and 2100; the time of day in s goes as
+#: far, in longer steps than these.
+DAY_OF_1970, FIRST_DAY, LAST_DAY, LONGEST_STEP = 25_569.0, 36_526.0, 73_051.0, 5e-4
 
 
 @dataclass(frozen=True)
@@ -42,12 +45,15 @@ class Clock:
         Whether ``ns`` is UTC.
     column : str
         Where it came from.
+    note : str
+        What was made of the column, where it does not say so itself.
     """
 
     ns: Nanoseconds
     good: NDArray[np.bool_]
     utc: bool
     column: str
+    note: str = ""
 
 
 def clock_of(table: pd.DataFrame) -> Clock | None:
@@ -114,10 +120,20 @@ def _from_numbers(column: pd.Series, name: str) -> Clock:
         values = column.to_numpy(float, na_value=np.nan)
         good = np.isfinite(values) & (np.abs(values) < 4e18)
     typical = float(np.median(np.abs(values[good]))) if good.any() else 0.0
-    scale, utc = _scale(split_unit(name)[1], typical)
-    ns = np.zeros(len(values), np.int64)
+    ns, unit = np.zeros(len(values), np.int64), split_unit(name)[1]
+    if not unit and FIRST_DAY < typical < LAST_DAY and _in_days(values[good]):
+        ns[good] = _scaled(values[good] - DAY_OF_1970, DAY_NS)
+        note = f"'{name}' is taken as days since 1899-12-30, as spreadsheets count them"
+        return Clock(ns, good, True, name, note)
+    scale, utc = _scale(unit, typical)
     ns[good] = _scaled(values[good], scale)
     return Clock(ns, good, utc, name)
+
+
+def _in_days(values: NDArray[np.generic]) -> bool:
+    """Whether numbers of the size of dates have steps far below those of the time of day in seconds."""
+    steps = np.abs(np.diff(values.astype(float)))
+    return bool((steps > 0.0).any() and np.median(steps[steps > 0.0]) < LONGEST_STEP)
 
 
 def _scale(unit: str, typical: float) -> tuple[int, bool]:
