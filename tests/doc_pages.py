@@ -45,6 +45,7 @@ TRIALS = {
     "sail-and-identify": ("usv", "nmea0183"),
     "choose-a-model": ("usv", "tlog"),
     "read-a-verdict": ("usv", "tlog"),
+    "simulate": ("usv", "tlog"),
 }
 
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
