@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ingest import ReadOptions
+from ingest import ReadOptions, read_log
+from ingest.errors import UnreadableLog
 from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
 
@@ -68,3 +69,25 @@ def test_the_time_of_day_in_seconds_is_no_date(step):
     decoded = decode("time,x,y\n" + "".join(f"{46_156.0 + step * i:.3f},{i},{i}\n" for i in range(200)))
     np.testing.assert_allclose(np.diff(decoded.tables[""].index), step * 1e9)
     assert decoded.utc_of_index_zero_ns is None
+
+
+@pytest.mark.parametrize("end", ["\n", "", "\r\n\r\n"])
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("", r"csv \(a header \(time, lat, lon\) and no row below it\)"),
+        ("\n0.0,52.1,4.2", "a table of one row"),
+    ],
+)
+def test_a_table_without_rows_is_said_to_be_one(tmp_path, rows, said, end):
+    path = tmp_path / "run.csv"
+    path.write_text("time,lat,lon" + rows + end, newline="")
+    with pytest.raises(UnreadableLog, match=said) as raised:
+        read_log(path)
+    assert raised.value.tried[0].startswith("csv") and len(raised.value.tried) == 1
+
+
+def test_two_rows_are_a_log(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("time,lat,lon\n0.0,52.1,4.2\n1.0,52.2,4.2\n")
+    assert len(read_log(path).tables[""]) == 2

@@ -13,13 +13,15 @@ import pandas as pd
 from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
-from ingest.tabular.dialect import GROUPED, HEAD, Dialect, detect, encoding_of
+from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.timeline import Clock, clock_of
 from ingest.tabular.unstated import GUESSED
 
 TOPIC = ""
+#: How sure a header alone is a table: enough to say so.
+HARDLY = 0.02
 
 
 def sniff(head: bytes) -> float:
@@ -30,6 +32,8 @@ def sniff(head: bytes) -> float:
             return 0.0
     try:
         dialect = detect(as_plain_text(memoryview(head), encoding_of(head)).tobytes())
+    except HeaderAlone:
+        return HARDLY
     except (ValueError, LookupError):
         return 0.0
     return 0.5 * dialect.likeness if dialect.likeness > 0.5 else 0.0
@@ -62,6 +66,8 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     array = np.frombuffer(text, np.uint8)
     lines = count_fields(array, dialect.delimiter, dialect.body)
     whole = _whole_lines(lines, len(dialect.columns))
+    if whole.sum() < 2:
+        raise ValueError("a table of one row, which is too short for a log")
     findings = _bad_lines(lines, whole, array)
     frame = _parse(text, spans_of(lines, whole | (lines.fields == 0)), dialect)
     del lines, whole

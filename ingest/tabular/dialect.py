@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ingest.tabular.naming import is_unit
+from ingest.tabular.naming import is_unit, split_unit
+from ingest.tabular.timeline import TIME_NAMES
 
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eEdD][+-]?\d+)?$")
 #: A number whose thousands are told apart: by commas, or by points where the decimal mark is a comma.
@@ -19,6 +20,13 @@ TIME = re.compile(
 DELIMITERS = ("\t", ";", ",", "|", " ")
 COMMENTS = ("#", "%", "//", "!")
 HEAD = 1 << 16
+
+
+class HeaderAlone(ValueError):
+    """A text is the header of a table, and nothing else."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        super().__init__(f"a header ({', '.join(names)}) and no row below it")
 
 
 @dataclass(frozen=True)
@@ -106,12 +114,13 @@ def detect(head: bytes, given: Mapping[str, object] | None = None) -> Dialect:
     Raises
     ------
     ValueError
-        Where no line looks like a row of numbers.
+        Where no line looks like a row of numbers; ``HeaderAlone`` where there is but a header.
     """
     given = given or {}
     encoding = str(given.get("encoding") or encoding_of(head))
     lines = _lines(head, encoding)
     skip = int(str(given.get("skip", 0)))
+    _beyond_header(lines[skip:])
     delimiter = str(given["delimiter"]) if given.get("delimiter") else _best_delimiter(lines[skip:])
     delimiter = " " if delimiter.strip(" ") == "" else delimiter[:1]
     rows = [split(line, delimiter) for line in lines]
@@ -120,10 +129,19 @@ def detect(head: bytes, given: Mapping[str, object] | None = None) -> Dialect:
     if given.get("columns"):
         columns, units = _named(given["columns"]), {}
     body = sum(map(len, re.findall(rb"[^\n]*\n|[^\n]+$", head)[:first]))
-    table = [row for row in rows[first : first + 100] if len(row) == width]
-    likeness = sum(map(likeness_of, table)) / max(1, len(rows[first : first + 100]))
+    below = [row for row in rows[first : first + 100] if any(row)]
+    table = [row for row in below if len(row) == width]
+    likeness = sum(map(likeness_of, table)) / max(1, len(below))
     decimal = str(given.get("decimal") or _decimal(table, delimiter))
     return Dialect(encoding, delimiter, decimal, body, columns, units, likeness)
+
+
+def _beyond_header(lines: Sequence[str]) -> None:
+    """Make sure that there is more than one line of names, one of which is that of a clock."""
+    written = [line for line in lines if line.strip()]
+    for names in (split(line, mark) for line in written for mark in DELIMITERS if len(written) == 1):
+        if len(names) > 1 and any(split_unit(name)[0] in TIME_NAMES for name in names):
+            raise HeaderAlone(names)
 
 
 def _named(columns: object) -> tuple[str, ...]:
