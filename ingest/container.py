@@ -7,7 +7,7 @@ import mmap
 import tempfile
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Protocol
 
@@ -19,6 +19,8 @@ CHUNK = 1 << 13
 IN_MEMORY = 64 << 20
 #: Unpacking stops here: a bomb fills neither memory nor disk.
 LARGEST = 32 << 30
+#: Text in UTF-16 is told by its mark and by this share of zeros among every other byte of so many.
+HEAD, MOSTLY = 1 << 12, 0.9
 
 GZIP, XZ, ZSTD = b"\x1f\x8b\x08", b"\xfd7zXZ\x00", b"\x28\xb5\x2f\xfd"
 INNER_SUFFIXES = (".gz", ".xz", ".zst")
@@ -72,9 +74,18 @@ def open_contents(path: Path) -> Contents:
     with path.open("rb") as file:
         packed = packing(file.read(8))
         file.seek(0)
-        if packed is None:
-            return Contents(map_file(file))
-        return unpack(file, packed)
+        return recoded(Contents(map_file(file)) if packed is None else unpack(file, packed))
+
+
+def recoded(contents: Contents) -> Contents:
+    """Text in UTF-16, as Windows writes it, in UTF-8: what is no text stays as it is."""
+    head = bytes(contents.data[:HEAD])
+    wide = {b"\xff\xfe": 1, b"\xfe\xff": 0}.get(head[:2])
+    if wide is None or head[2 + wide :: 2].count(0) < MOSTLY * len(head[2 + wide :: 2]) or len(head) < 4:
+        return contents
+    text = bytes(contents.data[: len(contents.data) & ~1]).decode("utf-16", "replace").encode()
+    note = Finding("note", "text in UTF-16: bytes are counted as they are in UTF-8")
+    return replace(contents, data=memoryview(text), findings=(*contents.findings, note))
 
 
 def map_file(file: IO[bytes]) -> memoryview:

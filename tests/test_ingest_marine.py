@@ -57,6 +57,14 @@ def test_every_field_as_pynmeagps_has_it(body):
     compare(tables["PASHR" if topic == "ASHR" else topic].iloc[-1], peer)
 
 
+@pytest.mark.parametrize("stamped", [False, True])
+def test_the_mark_of_utf_8_costs_nothing(stamped):
+    lines = [f"{1717243200 + 0.05 * i:.3f} ".encode() * stamped + s for i, s in enumerate(drive(20))]
+    plain, marked = decode_stream(b"".join(lines)), decode_stream(b"\xef\xbb\xbf" + b"".join(lines))
+    assert not marked.findings and not marked.bytes_damaged
+    assert all(table.equals(marked.tables[topic]) for topic, table in plain.tables.items())
+
+
 def test_quantities():
     bodies = [*SAMPLES, "IIRPM,S,2,1700.2,45.0,A", "WIMWV,10.0,T,7.0,K,A"]
     raw = b"".join(nmea(b) for _ in range(3) for b in bodies) + b"".join(drive(3))

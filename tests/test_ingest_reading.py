@@ -97,6 +97,16 @@ def test_plain_is_mapped_and_empty_is_empty(tmp_path):
     assert bytes(open_contents(written(tmp_path, "b", b"")).data) == b""
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_text_in_utf_16_is_text(tmp_path, encoding):
+    mark = "" if encoding == "utf-16" else "\ufeff"
+    contents = open_contents(written(tmp_path, "log", (mark + "1.5 $GPHDT,Ü\r\n").encode(encoding) + b"\0"))
+    assert bytes(contents.data).decode() == "1.5 $GPHDT,Ü\r\n"
+    assert [f.kind for f in contents.findings] == ["note"]
+    raw = b"\xff\xfe" + bytes(range(256))
+    assert bytes(open_contents(written(tmp_path, "binary", raw)).data) == raw
+
+
 def test_index_starts_at_the_first_record(tmp_path, toys):
     toys(toy_reader("toy", b"TOY", 1.0, utc_of_index_zero_ns=1_000 * SECOND))
     log = read_log(written(tmp_path, "x.toy", b"TOY...."))

@@ -241,6 +241,8 @@ def _judge(data: Bytes, a: int, b: int, before_record: bool, at_start: bool) -> 
     """Damaged range of the gap ``a:b`` (empty if all is well), and where the text before a record begins."""
     first, last, prefix = b, a, b
     line, own_line = a, at_start
+    if at_start and b >= 3 and data[0] == 0xEF and data[1] == 0xBB and data[2] == 0xBF:
+        line = 3  # the mark of UTF-8 belongs to no record
     while line < b:
         stop = line
         clean, inked = True, False

@@ -41,12 +41,16 @@ def sniff(head: bytes) -> float:
 
 def as_plain_text(data: memoryview, encoding: str) -> memoryview:
     """Return the text with one byte per line end and ASCII digits: UTF-16 recoded, old line ends replaced."""
-    if encoding.lower().replace("_", "-").startswith("utf-16"):
+    if _is_wide(encoding):
         data = memoryview(data.tobytes()[: len(data) & ~1].decode(encoding, "replace").encode("utf-8"))
     head = bytes(data[:HEAD])
     if b"\n" not in head and b"\r" in head:
         return memoryview(data.tobytes().replace(b"\r", b"\n"))
     return data
+
+
+def _is_wide(encoding: str) -> bool:
+    return encoding.lower().replace("_", "-").startswith("utf-16")
 
 
 def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
@@ -59,6 +63,8 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     """
     given = dict(options.dialect)
     encoding = str(given.get("encoding") or encoding_of(bytes(data[:HEAD])))
+    if _is_wide(encoding) and b"\0" not in bytes(data[:HEAD]):
+        given["encoding"] = encoding = "utf-8"  # as it is by now
     text = as_plain_text(data, encoding)
     if text is not data:
         given["encoding"] = "utf-8"
