@@ -11,17 +11,25 @@ from preprocess.trial import FloatArray, Step, Trial
 
 #: Columns of a scaled regression beyond this condition number are collinear for practical purposes.
 COLLINEAR = 1e3
+#: Share of such a combination from which on a column takes part in it.
+TAKES_PART = 0.05
 LEAST_COHERENCE = 0.3
+EQUATIONS = {"u": "surge", "v, r": "sway and yaw"}
 
 
 @dataclass(frozen=True)
 class Regression:
-    """One equation: its terms, its rank, and the condition number of its scaled columns."""
+    """One equation: its terms, its rank, and the condition number of its scaled columns.
+
+    ``absent`` are the terms that are zero throughout, ``alike`` those that the rest can hardly be told apart by.
+    """
 
     equation: str
     terms: tuple[str, ...]
     rank: int
     condition: float
+    absent: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -181,7 +189,18 @@ def _rank(equation: str, terms: Mapping[str, FloatArray]) -> Regression:
     singular = np.linalg.svd(scaled, compute_uv=False) if len(columns) else np.zeros(len(terms))
     rank = int((singular > singular[0] / 1e8).sum()) if len(singular) and singular[0] > 0 else 0
     condition = float(singular[0] / max(singular[-1], 1e-300)) if len(singular) else float("inf")
-    return Regression(equation, tuple(terms), rank, condition)
+    absent = tuple(name for name, size in zip(terms, scale, strict=True) if size == 0.0)
+    there = [name for name in terms if name not in absent]
+    alike = _alike(scaled[:, scale > 0.0], there) if condition > COLLINEAR and len(columns) else ()
+    return Regression(equation, tuple(terms), rank, condition, absent, alike)
+
+
+def _alike(columns: FloatArray, names: Sequence[str]) -> tuple[str, ...]:
+    """Terms that take part in what is next to nothing of these columns of one size: none is zero."""
+    _, singular, directions = np.linalg.svd(columns, full_matrices=False)
+    weak = directions[singular * COLLINEAR < singular[0]]
+    share = np.abs(weak).max(axis=0, initial=0.0)
+    return tuple(n for n, x in zip(names, share, strict=True) if x > TAKES_PART)
 
 
 def _sentences(
@@ -204,13 +223,20 @@ def _sentences(
         out.append(
             "Less than half of the compass was sailed: a current can look like a heading bias or like wind."
         )
-    for x in regressions:
-        if x.rank < len(x.terms):
-            out.append(
-                f"Equation {x.equation}: {len(x.terms) - x.rank} of {len(x.terms)} terms are combinations."
-            )
-        elif x.condition > COLLINEAR:
-            out.append(
-                f"Equation {x.equation}: some terms are nearly collinear (condition {x.condition:.0f})."
-            )
+    return out + [sentence for x in regressions for sentence in _told_apart(x)]
+
+
+def _told_apart(x: Regression) -> list[str]:
+    """What the columns of an equation say, in words."""
+    usual, out = f"Of the usual terms of {EQUATIONS[x.equation]}", []
+    if x.absent:
+        out.append(f"{usual}, {_joined(x.absent)} {'is' if len(x.absent) == 1 else 'are'} zero throughout.")
+    if x.alike:
+        hardly = "cannot" if x.rank < len(x.terms) - len(x.absent) else "can hardly"
+        out.append(f"{usual}, {_joined(x.alike)} {hardly} be told apart.")
     return out
+
+
+def _joined(names: Sequence[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last

@@ -92,17 +92,20 @@ def classify_stretch(
     pieces = [(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
     step = float(s.t[1] - s.t[0])
     declared = None if declared == "idle" else declared
-    return [_named(_cut(s, a, b), bool(idle[a]), declared) for a, b in _merged(pieces, idle, 10.0 / step)]
+    return [_named(_cut(s, a, b), rests, declared) for a, b, rests in _merged(pieces, idle, 10.0 / step)]
 
 
-def _merged(pieces: list[tuple[int, int]], idle: np.ndarray, least: float) -> list[tuple[int, int]]:
-    """Join short pieces to the one before."""
-    out: list[tuple[int, int]] = []
+def _merged(pieces: list[tuple[int, int]], idle: np.ndarray, least: float) -> list[tuple[int, int, bool]]:
+    """Pieces, and whether each is idle: short ones joined to the one before, the first to the one after it."""
+    out: list[tuple[int, int, bool]] = []
     for a, b in pieces:
-        if out and (b - a < least or idle[out[-1][0]] == idle[a]):
-            out[-1] = (out[-1][0], b)
+        rests = bool(idle[a])
+        if out and (b - a < least or out[-1][2] == rests):
+            out[-1] = (out[-1][0], b, out[-1][2])
+        elif len(out) == 1 and out[0][1] - out[0][0] < least:
+            out[0] = (out[0][0], b, rests)
         else:
-            out.append((a, b))
+            out.append((a, b, rests))
     return out
 
 

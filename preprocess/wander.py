@@ -26,6 +26,8 @@ FIRST_TIME, TIMES = 60.0, (10.0, 25.0, 60.0, 150.0)
 LEAST_GAIN, INDISTINCT = 10.0, 6.0
 #: Rows on which it is looked for, at most, and evaluations of the likelihood in a search.
 MOST_ROWS, MOST_EVALUATIONS = 3_000, 120
+#: A wander of less than this share of the position's white noise is none: the gain was in the other levels.
+NO_SIZE = 1e-3
 #: Fewer samples of the position tell nothing.
 LEAST_SAMPLES = 100
 
@@ -66,6 +68,8 @@ def find_wander(track: ChainResult, segments: Segments, prior: FloatArray) -> tu
     least = min(first[0], *(cost for cost, _ in tried.values()))
     time = max((k for k, (cost, _) in tried.items() if cost < least + INDISTINCT), default=FIRST_TIME)
     q, *sigma, wander = np.exp(tried[time][1])
+    if wander < NO_SIZE * sigma[0]:
+        return None
     return Levels(float(q), np.array(sigma)), Wander(float(wander), time)
 
 

@@ -1,5 +1,7 @@
 """Clocks, manoeuvres and excitation: what the motion itself tells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from preprocess_samples import Imperfect, sampled, truth_of
@@ -68,6 +70,28 @@ def test_reversals_and_plateaus():
     psi = np.interp(np.arange(100), [0, 20, 50, 80, 99], [0.0, 0.4, -0.4, 0.4, 0.0])
     np.testing.assert_allclose(reversals(psi, 0.1), [0.4, -0.4, 0.4])
     np.testing.assert_allclose(plateaus(np.repeat([0.0, 0.3, -0.3], 30)), [0.0, 0.3, -0.3])
+
+
+def test_excitation_names_the_terms_that_cannot_be_told_apart():
+    trial = trial_of("usv", "random")
+    names = list(trial.inputs)
+    one, other = (trial.inputs[n] for n in names[:2])
+    said = {}
+    for kind, value in {
+        "one": 7.0 + 0.0 * one.value,
+        "none": 0.0 * one.value,
+        "same": 3.0 * other.value,
+    }.items():
+        source = other if kind == "same" else one
+        inputs = {**trial.inputs, names[0]: replace(source, name=names[0], value=value)}
+        said[kind] = [s for s in excitation([replace(trial, inputs=inputs)]).sentences if "usual" in s]
+    first, second = (f"|{n}|{n}" for n in names[:2])
+    assert said["one"] == [f"Of the usual terms of sway and yaw, 1 and {first} cannot be told apart."]
+    axes = ("surge", "sway and yaw")
+    assert said["none"] == [f"Of the usual terms of {a}, {first} is zero throughout." for a in axes]
+    assert said["same"] == [
+        f"Of the usual terms of {a}, {first} and {second} cannot be told apart." for a in axes
+    ]
 
 
 def test_excitation_says_what_was_not_varied():

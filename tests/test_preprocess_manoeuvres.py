@@ -117,3 +117,11 @@ def test_what_a_campaign_calls_a_log_is_believed_unless_it_calls_it_idle():
     ]
     assert [f.kind for f in found] == ["random", "random", "zigzag"]
     assert found[-1].detail == "10/10"
+
+
+def test_a_moment_before_it_lies_idle_is_no_manoeuvre():
+    t = np.linspace(0.0, 60.0, 601)
+    fast = np.where((t < 0.4) | (t > 30.0), 2.0, 0.0)
+    states = pd.DataFrame({"t": t, "u": fast, "v": 0.0, "psi": 0.0, "r": 0.0})
+    found = classify_stretch(states, {}, 1.2)
+    assert [(f.kind, round(f.start), round(f.end)) for f in found] == [("idle", 0, 30), ("straight", 30, 60)]

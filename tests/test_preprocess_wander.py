@@ -1,12 +1,16 @@
 """Errors of the position that wander: the smoother beside a dense posterior, and what is found of them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from preprocess_samples import Imperfect, sampled, truth_of
 from scipy.linalg import block_diag
 
 from fixtures.vessels import make_vessel
+from preprocess import wander
 from preprocess.kalman import Rows, cost, smooth
+from preprocess.levels import Levels
 from preprocess.run_of_log import LoggedRun
 from preprocess.trials import make_trials
 from preprocess.wander_kalman import Wander, smooth_with_wander, wander_cost
@@ -122,3 +126,19 @@ def test_white_noise_is_not_called_a_wander(vessel, manoeuvre):
         trial, _ = wandering(vessel, manoeuvre, 0.0, seed)
         assert trial.measurements["position"].correlation_time == 0.0
         assert trial.measurements["position"].sigma == pytest.approx(0.02, rel=0.08)
+
+
+@pytest.mark.parametrize(("size", "there"), [(6e-35, False), (0.01, True)])
+def test_a_wander_of_no_size_is_none(monkeypatch, size, there):
+    """The search found better levels of the rest instead."""
+
+    def found(rows, stream, prior, start, time):
+        sigma = np.log(np.full(len(start) - 1 - (time is not None), 0.02))
+        return (0.0, np.r_[0.0, sigma]) if time is None else (-50.0, np.r_[0.0, sigma, np.log(size)])
+
+    monkeypatch.setattr(wander, "_search", found)
+    rows = chain()
+    stream = np.zeros(len(rows.t), np.int64)
+    track = SimpleNamespace(streams=(), drive=None, levels=Levels(1.0, np.array([0.02])), t=rows.t)
+    monkeypatch.setattr(wander, "assemble", lambda *_: SimpleNamespace(rows=rows, stream=stream))
+    assert (wander.find_wander(track, ((0.0, 10.0),), np.ones(3)) is not None) == there
