@@ -146,6 +146,7 @@ def test_waves_are_said_by_their_period_and_as_found_apart(example):
 def test_what_is_hardly_known_takes_no_more_room_than_a_number():
     assert plus_minus(0.0, 1.3e12) == "0 ± 1.3·10¹²"
     assert interval(0.0, 1.3e12) == "[−2.55·10¹², 2.55·10¹²]"
+    assert interval(0.0, 0.0) == "–"
     unknown = Estimated(
         "v", "Y_F", 0.0, 1.3e12, "1", False, reason="the standard error is 1e20 % of the value"
     )

@@ -64,11 +64,11 @@ def last_digit(error: float) -> int:
 
 
 def interval(value: float, error: float) -> str:
-    """The 95 % interval as ``[low, high]``."""
-    if not (math.isfinite(value) and math.isfinite(error)):
+    """The 95 % interval as ``[low, high]``; a dash where no error is known, as of what is merged into another."""
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0):
         return "–"
     low, high = value - 1.96 * error, value + 1.96 * error
-    last = last_digit(error) if error > 0 else -4
+    last = last_digit(error)
     if beyond_decimals(last, max(abs(low), abs(high))):
         return f"[{number(low)}, {number(high)}]"
     decimals = max(0, -last)
