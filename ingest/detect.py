@@ -11,7 +11,7 @@ A reader declares rules and calls :func:`detect` on its tables::
 
 A rule holds for every topic that its pattern matches wholly and that has all its fields, once per device
 (value of the ``source`` column), if there are usable samples: all fields finite, quality good enough, not
-placeholders (latitude and longitude both zero; a measured quantity that is zero throughout).
+placeholders (latitude and longitude both zero, or beyond a pole; a measured quantity that is zero throughout).
 
 Ranks: 50 is a plain, direct measurement. Use 60-70 for a better one (RTK, dual antenna), 40 for a filter's
 output (its errors are correlated and it may have used the model), 30 for something derived, 20 for a poor
@@ -57,6 +57,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ingest.log import SOURCE, Source
+from ingest.units import factor_to_si
 
 #: Quantities of which a constant zero can be true: a rudder that is kept amidships, a propeller at rest.
 MAY_BE_ZERO = frozenset({"rudder", "propeller"})
@@ -243,6 +244,7 @@ def usable(rule: Rule, rows: pd.DataFrame) -> NDArray[np.bool_]:
     good = np.isfinite(values).all(axis=1) & quality_mask(rule.options, rows)
     if "latitude" in rule.fields:
         good &= ~(values[:, :2] == 0.0).all(axis=1)
+        good &= np.abs(values[:, 0]) * factor_to_si(rule.unit or "deg")[0] <= np.pi / 2.0
     if rule.quantity not in MAY_BE_ZERO and not values[good].any():
         good[:] = False
     return np.asarray(good, dtype=bool)

@@ -12,7 +12,8 @@ import pandas as pd
 from ingest.errors import MissingQuantity, MissingSignal
 from ingest.log import SOURCE, Log, Source
 from ingest.sender import sender_of
-from ingest.tabular.naming import sources_of
+from ingest.tabular.naming import latitude_and_longitude, sources_of
+from ingest.tabular.positions import POLE, no_degrees
 from preprocess.trial import FloatArray
 from preprocess.vessel import Sensor
 
@@ -247,7 +248,12 @@ def cure(log: Log, quantity: str) -> str:
     still = ", ".join(silent_columns(log, quantity))
     if still:
         return f"{still}: zero throughout, as of a vessel that never moves or a sensor that has no fix."
-    return f"Name the signal under [sensors.{quantity}] if the log has one that was not recognised."
+    beyond = latitudes_beyond(log) if quantity == "position" else ""
+    return (
+        f"{beyond}."
+        if beyond
+        else f"Name the signal under [sensors.{quantity}] if the log has one that was not recognised."
+    )
 
 
 def silent_columns(log: Log, quantity: str) -> tuple[str, ...]:
@@ -257,6 +263,18 @@ def silent_columns(log: Log, quantity: str) -> tuple[str, ...]:
         ones = {str(c): 1.0 for c in columns if (columns[c] == 0).all()}
         units = {field: unit for (of, field), unit in log.units.items() if of == topic}
         for source in sources_of(columns.assign(**ones), units, topic):
-            if source.quantity == quantity:
+            if source.quantity == quantity and set(source.fields.values()) <= set(ones):
                 return tuple(source.fields.values())
     return ()
+
+
+def latitudes_beyond(log: Log) -> str:
+    """What is wrong with a column that is called a latitude and has values beyond the poles; "" where there is none."""
+    for topic, table in log.tables.items():
+        stated = {field: unit for (of, field), unit in log.units.items() if of == topic}
+        for name, _ in latitude_and_longitude(table, stated):
+            values = numbers(table, Column(topic, name))
+            values = values[np.isfinite(values) & (values != 0.0)]
+            if len(values) and np.median(np.abs(values)) > POLE:
+                return no_degrees(name, values)
+    return ""

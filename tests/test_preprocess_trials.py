@@ -111,6 +111,13 @@ def test_a_position_that_is_zero_throughout_is_called_so():
         trials(still, sensors={"heading": SENSORS["heading"]})
 
 
+def test_a_position_beyond_the_poles_is_not_called_zero():
+    far = simple_log(GPS=table(T, ["lat", "lon"], 5.7e6 + np.ones((len(T), 2))))
+    with pytest.raises(MissingQuantity, match=r"'lat' goes from 5\.7e\+06 .* degrees end at 90") as caught:
+        trials(far, sensors={"heading": SENSORS["heading"]})
+    assert "zero" not in str(caught.value)
+
+
 def test_no_heading_is_said_with_what_follows():
     with pytest.raises(MissingQuantity, match="drift angle") as caught:
         trials(sensors={"position": SENSORS["position"]})

@@ -9,6 +9,7 @@ from ingest import ReadOptions, read_log
 from ingest.errors import UnreadableLog
 from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
+from ingest.units import factor_to_si
 
 
 def decode(text: str | bytes) -> Decoded:
@@ -91,3 +92,44 @@ def test_two_rows_are_a_log(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("time,lat,lon\n0.0,52.1,4.2\n1.0,52.2,4.2\n")
     assert len(read_log(path).tables[""]) == 2
+
+
+def placed(names: str, row: str) -> Decoded:
+    """A table of positions: ``#`` in a row stands for two more digits."""
+    return decode(names + "\n" + "".join(f"{i}," + row.replace("#", f"{i:02d}") + "\n" for i in range(40)))
+
+
+def degrees(decoded: Decoded) -> np.ndarray:
+    table, position = decoded.tables[""], next(s for s in decoded.sources if s.quantity == "position")
+    factor, _ = factor_to_si(position.unit)
+    return np.degrees(factor * table[list(position.fields.values())].to_numpy(float))
+
+
+def test_whole_numbers_of_tiny_degrees_are_positions():
+    decoded = placed("time,lat,lon", "5200001#,-44000#")
+    assert [s.unit for s in decoded.sources] == ["degE7"]
+    assert decoded.units["", "lat"] == "degE7" and "1e-7 degrees" in decoded.findings[0].message
+    expected = [[52.00001 + 1e-7 * i, -0.44 - 1e-7 * i] for i in range(40)]
+    np.testing.assert_allclose(degrees(decoded), expected, rtol=0, atol=1e-12)
+
+
+def test_degrees_and_minutes_are_positions():
+    decoded = placed("time,lat,N/S,lon,E/W", "5230.0#,S,00424.6#,W")
+    expected = [[-52.5 - i / 60_000, -4.41 - i / 60_000] for i in range(40)]
+    np.testing.assert_allclose(degrees(decoded), expected, rtol=0, atol=1e-12)
+    assert sum("degrees and minutes" in f.message for f in decoded.findings) == 1
+    plain = degrees(placed("time,lat,lon", "5230.0#,-00424.6#"))
+    np.testing.assert_allclose(plain, np.abs(expected) * [1.0, -1.0], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("south", ["52.1#", "-52.1#"])
+def test_degrees_have_the_sign_of_their_hemisphere(south):
+    found = degrees(placed("time,lat,ns,lon", f"{south},S,4.2#"))
+    np.testing.assert_allclose(found, [[-52.1 - 1e-3 * i, 4.2 + 1e-3 * i] for i in range(40)])
+    assert not placed("time,lat,lon", "52.1#,4.2#").findings
+
+
+def test_what_is_no_latitude_is_no_position():
+    decoded = placed("time,lat,lon", "5776001.7#,512000.1#")
+    assert not decoded.sources
+    assert "'lat' goes from 5.776e+06 to 5.776e+06" in decoded.findings[0].message

@@ -16,6 +16,7 @@ from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
 from ingest.tabular.naming import sources_of, split_unit
+from ingest.tabular.positions import in_degrees
 from ingest.tabular.timeline import Clock, clock_of
 from ingest.tabular.unstated import GUESSED
 
@@ -109,12 +110,13 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     ns, clock_findings = continue_clock(ns)
     table = table.set_axis(pd.Index(ns, name="t_ns"), axis=0)
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
-    sources = sources_of(table, units, topic)
+    table, stated, positions = in_degrees(table, stated)
+    sources = sources_of(table, units | stated, topic)
     return Decoded(
         tables={topic: table},
         units={(topic, c): u for c, u in stated.items() if u},
         utc_of_index_zero_ns=0 if clock.utc else None,
-        findings=(*findings, *strayed, *clock_findings, *_guessed(sources)),
+        findings=(*findings, *strayed, *clock_findings, *positions, *_guessed(sources)),
         messages=len(table),
         sources=sources,
     )

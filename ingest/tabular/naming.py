@@ -146,7 +146,7 @@ _FITTING: Mapping[str, frozenset[str]] = {
     "rev": frozenset({"rpm", "rev/s", "percent", "N", "rad/s"}),
     "m": frozenset({"m", "mm", "cm", "km"}),
     "m/s": frozenset({"m/s", "kn", "km/h"}),
-    "deg": frozenset({"deg", "rad"}),
+    "deg": frozenset({"deg", "rad", "degE7"}),
 }
 
 
@@ -166,6 +166,13 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
     if {"packet_counter", "sample_time_fine"} <= {name for name, _ in names.values()}:
         rules = [_upward(rule) for rule in rules]
     return settled(detect(rules, {topic: table}), table)
+
+
+def latitude_and_longitude(table: pd.DataFrame, stated: Mapping[str, str]) -> Iterable[tuple[str, str]]:
+    """Columns of numbers that are called so, in pairs, where they state no unit."""
+    names = {str(c): split_unit(str(c))[0] for c in table.columns if pd.api.types.is_numeric_dtype(table[c])}
+    pair = ([c for c in names if re.fullmatch(p, names[c]) and not stated.get(c)] for p in (_LAT, _LON))
+    return zip(*pair, strict=False)
 
 
 def _upward(rule: Rule) -> Rule:
