@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
 import pytest
 from identification_samples import trials_of
 
@@ -14,7 +15,7 @@ from identify.effects import MASS_CHANGE
 from identify.fitted import Fitted
 from identify.prepare import prepare
 from ingest.errors import NotIdentifiable
-from validate import clocks
+from validate import clocks, exchange
 from validate.candidates import candidates
 from validate.clocks import fewer_clocks
 from validate.exchange import better_rival, one_for_two, one_load_for_two
@@ -114,8 +115,8 @@ def test_many_clocks_stay_where_no_fit_with_fewer_can_begin(monkeypatch):
     assert fewer_clocks(many) is None
 
 
-def loaded(ratio, other):
-    """Four logs, a load in the second and one in the third, fitted with one effect for each."""
+def loaded(ratio, other, form=None):
+    """Four logs, a load in the second and one in the third, fitted with one effect for each, that perhaps in a form."""
     effects = [
         Effect("mass_change", {"ratio": r}, options={"logs": (k,)}) for k, r in ((1, ratio), (2, other))
     ]
@@ -123,7 +124,8 @@ def loaded(ratio, other):
     prepared = prepare(trials, ship.model)
     structure = prepared.structure
     for k in (1, 2):
-        variant = Variant(options={"logs": (trials[k].name,)})
+        read = {"form": form} if form and k == 2 else {}
+        variant = Variant(options={"logs": (trials[k].name,), **read})
         structure = structure.with_effect(Active(MASS_CHANGE, variant))
     return fit_from_scratch(structure, prepared.identify, rounds=1)
 
@@ -138,6 +140,24 @@ def test_a_load_that_was_found_in_one_log_and_then_in_another_is_one():
     )
     [value] = one.solution.structure.values(one.solution.p, 0).values()
     assert value == pytest.approx(1.3, rel=0.02)
+
+
+def test_a_load_that_was_found_in_two_forms_is_one_in_the_likelier():
+    one = one_load_for_two(loaded(1.3, 1.3, form="whole"))
+    assert one is not None
+    [active] = one.solution.structure.actives
+    assert "form" not in active.variant.options
+    [value] = one.solution.structure.values(one.solution.p, 0).values()
+    assert value == pytest.approx(1.3, rel=0.02)
+
+
+def test_one_load_stands_for_two_that_explain_little_more(monkeypatch):
+    """With the threshold of a chance alone small faults of a log's stamps would make two of what is one."""
+    fit = loaded(1.3, 1.3)
+    monkeypatch.setattr(exchange, "INDISTINCT", -np.inf)
+    assert one_load_for_two(fit) is not None
+    monkeypatch.setattr(exchange, "LITTLE", 0.0)
+    assert one_load_for_two(fit) is None
 
 
 def test_two_loads_that_are_not_the_same_stay_two():

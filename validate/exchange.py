@@ -23,6 +23,10 @@ from validate.refits import begun_at, under
 #: Speeds at which a wind that nothing measured is tried, m/s, and steps of a refit.
 SPEEDS, FOLLOWED = (2.0, 5.0, 10.0), 20
 
+#: Two of a kind in different logs are one that loses no more than this share of what both explain: no model is true to
+#: the last digit, nor are the stamps of every log.
+LITTLE = 0.02
+
 
 def likelier(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
     """A fit that the measurements prefer to what was taken, or that says as much with less; None without one."""
@@ -63,20 +67,27 @@ def one_for_two(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
 
 
 def one_load_for_two(fitted: Fitted) -> Fitted | None:
-    """The fit with one load, or shoal, in place of two in different logs, if nothing speaks for two; None without.
+    """The fit with one load, or shoal, in place of two in different logs, if little speaks for two; None without.
 
-    What is in several logs alike is found in some of them first, and then in the others.
+    What is in several logs alike is found in some of them first, and then in the others, there perhaps in another form:
+    it has that of the two which is likelier.
     """
-    enough = dispersed_cost(fitted.problem, fitted.solution) + INDISTINCT
     actives = fitted.solution.structure.actives
-    for k, other in combinations(range(len(actives)), 2):
-        if not _may_be_one(fitted.solution.structure, actives[k], actives[other]):
+    for pair in combinations(range(len(actives)), 2):
+        if not _may_be_one(fitted.solution.structure, *(actives[k] for k in pair)):
             continue
-        both = {str(n) for a in (actives[k], actives[other]) for n in logs_of(a)}
-        simpler = dropped(in_logs(fitted, k, both), other)
-        if dispersed_cost(fitted.problem, simpler.solution) < enough:
+        both = {str(n) for k in pair for n in logs_of(actives[k])}
+        found = [dropped(in_logs(fitted, k, both), other) for k, other in (pair, pair[::-1])]
+        simpler = min(found, key=lambda f: f.solution.total)
+        lost = _more_than(fitted, simpler)
+        if lost < INDISTINCT or lost < LITTLE * _more_than(fitted, dropped(dropped(fitted, pair[1]), pair[0])):
             return simpler
     return None
+
+
+def _more_than(fitted: Fitted, other: Fitted) -> float:
+    """How much more another fit leaves."""
+    return dispersed_cost(fitted.problem, other.solution) - dispersed_cost(fitted.problem, fitted.solution)
 
 
 def _may_be_one(structure: Structure, one: Active, other: Active) -> bool:
