@@ -30,6 +30,17 @@ def test_quoted_fields_may_hold_the_delimiter():
     assert [(s.quantity, s.unit) for s in decoded.sources] == [("heading", "deg")]
 
 
+@pytest.mark.parametrize("every", [1, 7])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_quoted_fields_may_go_over_the_end_of_a_line(every, end):
+    notes = ['"two' + end + 'lines, ""here"""' if i % every == 0 else "ok" for i in range(60)]
+    text = "t,note,x" + end + "".join(f"{i}.5,{note},{2 * i}{end}" for i, note in enumerate(notes))
+    decoded = decode(text)
+    np.testing.assert_array_equal(decoded.tables[""]["x"], 2 * np.arange(60))
+    assert not decoded.findings and DELIMITED.sniff(text.encode()) > 0.3
+    assert decoded.tables[""]["note"].iloc[0].split() == ["two", "lines,", '"here"']
+
+
 @pytest.mark.parametrize("delimiter", [",", ";"])
 @pytest.mark.parametrize(
     ("field", "value"),

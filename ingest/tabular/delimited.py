@@ -14,7 +14,7 @@ from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
-from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of
+from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of, with_whole_fields
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.positions import in_degrees
 from ingest.tabular.timeline import Clock, clock_of
@@ -32,7 +32,8 @@ def sniff(head: bytes) -> float:
         if control > len(head) // 1000:
             return 0.0
     try:
-        dialect = detect(as_plain_text(memoryview(head), encoding_of(head)).tobytes())
+        text = with_whole_fields(as_plain_text(memoryview(head), encoding_of(head)))
+        dialect = detect(text.tobytes())
     except HeaderAlone:
         return HARDLY
     except (ValueError, LookupError):
@@ -69,6 +70,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     text = as_plain_text(data, encoding)
     if text is not data:
         given["encoding"] = "utf-8"
+    text = with_whole_fields(text)
     dialect = detect(bytes(text[:HEAD]), given)
     array = np.frombuffer(text, np.uint8)
     lines = count_fields(array, dialect.delimiter, dialect.body)

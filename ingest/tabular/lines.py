@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,6 +15,11 @@ from numpy.typing import NDArray
 CHUNK = 1 << 20
 #: Bytes that are parsed in one go.
 PIECE = 1 << 22
+
+#: A quoted field that goes on in the next lines (RFC 4180): from a delimiter to a delimiter.
+BROKEN_FIELD = re.compile(
+    rb'"(?<![^,;|\t\n]")[^"\n]*(?:""[^"\n]*){0,99}\n[^"]{0,999}(?:""[^"]{0,999}){0,99}"(?=[ \r]*(?:[,;|\t\n]|\Z))'
+)
 
 NEWLINE, RETURN, BLANK, TAB, QUOTE = 10, 13, 32, 9, 34
 
@@ -33,6 +39,17 @@ class Lines:
     start: NDArray[np.int64]
     end: NDArray[np.int64]
     fields: NDArray[np.int64]
+
+
+def with_whole_fields(text: memoryview) -> memoryview:
+    """A text in which no quoted field goes over a line's end: blanks instead, so that every byte keeps its place."""
+    found = [m.span() for m in BROKEN_FIELD.finditer(text)]
+    if not found:
+        return text
+    whole = bytearray(text)
+    for a, b in found:
+        whole[a:b] = whole[a:b].replace(b"\n", b" ").replace(b"\r", b" ")
+    return memoryview(bytes(whole))
 
 
 def chunks_of_lines(data: NDArray[np.uint8], start: int, size: int = CHUNK) -> Iterator[tuple[int, int]]:
