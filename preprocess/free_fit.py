@@ -11,6 +11,7 @@ from preprocess.free_response import (
     BOTH,
     COUPLED,
     OFFSETS,
+    POSED,
     SWAY,
     YAW,
     Guess,
@@ -22,12 +23,14 @@ from preprocess.free_response import (
 from preprocess.kalman import IntArray
 from preprocess.trial import FloatArray
 
+#: Offsets that are held where neither is looked for.
+BOTH_HELD = (0, 1)
 #: Rates k at which the search begins, in units of one over the response time; starts that are followed.
 RATES, BEST = (0.3, 1.0), 1
-#: Steps of the search, halvings of a step that makes it worse, and rounds with the velocities' weights renewed.
-STEPS, HALVINGS, ROUNDS = 10, 4, 2
-#: A step in the offsets that ends the search, and the longest, s.
-SMALL, LARGE = 2e-4, 0.2
+#: Steps of the search, dampings that are tried for one of them, and rounds with the velocities' weights renewed.
+STEPS, DAMPINGS, ROUNDS = 25, 6, 2
+#: The share of the sum of squares whose gain ends the search, and the longest step in an offset, s.
+SMALL, LARGE = 1e-3, 0.2
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,9 @@ class Fitted:
         return float(np.log(np.maximum(left, 1e-300)).sum())
 
 
-def fit(parts: Sequence[Stretch], pose: Pose, time: float, longest: float) -> tuple[Fitted, Fitted] | None:
+def fit(
+    parts: Sequence[Stretch], pose: Pose, time: float, longest: float
+) -> tuple[Fitted, tuple[Fitted, Fitted], FloatArray] | None:
     """Fit responses and offsets; None where nothing settles.
 
     Parameters
@@ -78,37 +83,55 @@ def fit(parts: Sequence[Stretch], pose: Pose, time: float, longest: float) -> tu
 
     Returns
     -------
-    found, without : Fitted
-        The second with both offsets held at zero.
+    found : Fitted
+    without : (Fitted, Fitted)
+        The least that is left with the offset of the inputs, or of the position, held at zero.
+    current : (2,) m/s
+        To the north and east, beside no offset at all.
     """
-    problem = Problem(parts, pose, time)
+    problem, none = Problem(parts, pose, time), np.zeros(1)
     grid = np.linspace(-longest, longest, 9)
-    guess = _apart(problem, _nothing(problem), YAW, grid)
-    ends = [_together(problem, _apart(problem, guess, SWAY, g)) for g in (grid, np.zeros(1))]
+    yaw = _apart(problem, _nothing(problem), YAW, grid)
+    ends = [_together(problem, _apart(problem, yaw, SWAY, g)) for g in (grid, none)]
+    still = _apart(problem, _apart(problem, _nothing(problem), YAW, none, BOTH_HELD), SWAY, none, BOTH_HELD)
+    still, alone = _together(problem, still, BOTH_HELD)
+    ends.append(_together(problem, still))
     guess, found = min(ends, key=lambda e: e[1].deviance)
-    _, without = _descent(problem, replace(guess, offsets=np.zeros(OFFSETS)), BOTH, held=True)
+    without = []
+    for k in range(OFFSETS):
+        tried = [_together(problem, _at_zero(g, k), (k,)) for g in (guess, still)]
+        ends += [_together(problem, min(tried, key=lambda e: e[1].deviance)[0])]
+        without.append(min((alone, *(f for _, f in tried)), key=lambda f: f.deviance))
+    guess, found = min(ends, key=lambda e: e[1].deviance)
     settled = np.isfinite(found.error).all() and (np.abs(found.offsets) < 1.2 * longest).all()
-    return (found, without) if settled else None
+    return (found, (without[0], without[1]), still.current) if settled else None
 
 
-def _apart(problem: Problem, guess: Guess, which: int, grid: FloatArray) -> Guess:
+def _at_zero(guess: Guess, which: int) -> Guess:
+    """The guess with one of its offsets zero."""
+    offsets = guess.offsets.copy()
+    offsets[which] = 0.0
+    return replace(guess, offsets=offsets)
+
+
+def _apart(problem: Problem, guess: Guess, which: int, grid: FloatArray, held: Sequence[int] = ()) -> Guess:
     """Sway or yaw by itself, from the best of some rates and offsets."""
     starts = sorted(
         (_start(problem, guess, which, k / problem.time, grid) for k in RATES), key=lambda x: x[1]
     )
-    return min((_descent(problem, g, which) for g, _ in starts[:BEST]), key=lambda e: e[1].square)[0]
+    return min((_descent(problem, g, which, held) for g, _ in starts[:BEST]), key=lambda e: e[1].square)[0]
 
 
-def _together(problem: Problem, guess: Guess) -> tuple[Guess, Fitted]:
-    """Sway and yaw together, from where they stand."""
+def _together(problem: Problem, guess: Guess, held: Sequence[int] = ()) -> tuple[Guess, Fitted]:
+    """Sway and yaw together, from where they stand, some offsets held."""
     for _ in range(ROUNDS):
-        guess, found = _descent(problem, guess, BOTH)
+        guess, found = _descent(problem, guess, BOTH, held)
     return guess, found
 
 
 def _nothing(problem: Problem) -> Guess:
     """No rates, no gains, at rest."""
-    posed = problem.pose(problem.parts[0], 0.0, 0.0)
+    posed = problem.pose(problem.parts[0], np.zeros(POSED))
     sway, yaw = (
         (np.zeros(2 + d.weights.shape[1]), np.zeros(d.columns.shape[1])) for d in (posed.sway, posed.yaw)
     )
@@ -146,39 +169,37 @@ def _unknowns(guess: Guess, which: int) -> IntArray:
     return np.concatenate([*(np.arange(p.start, p.stop) for p in parts), [place[7].start + 1 - which]])
 
 
-def _descent(problem: Problem, guess: Guess, which: int, held: bool = False) -> tuple[Guess, Fitted]:
-    """Gauss-Newton search, the velocities in units of what they leave first; a step that makes it worse is halved."""
+def _descent(problem: Problem, guess: Guess, which: int, held: Sequence[int] = ()) -> tuple[Guess, Fitted]:
+    """Damped Gauss-Newton search, some offsets held, the velocities in units of what they leave first."""
     first = errors_of(problem, guess, which, slopes=False)[0]
     units = np.array([max(float(np.sqrt(np.mean(e**2))), 1e-12) for e in first])
-    here, use = _weighed(problem, guess, which, units), _unknowns(guess, which)
-    if held:
-        use = use[use < here.design.shape[1] - OFFSETS]
+    here, damping = _weighed(problem, guess, which, units), 1e-3
+    use = np.setdiff1d(_unknowns(guess, which), here.design.shape[1] - OFFSETS + np.array(held, int))
     for _ in range(STEPS):
-        step = np.zeros(here.design.shape[1])
-        step[use] = least_squares(here.design[:, use], here.error)
-        step[-OFFSETS:] = np.clip(step[-OFFSETS:], -LARGE, LARGE)
-        better = _shortened(problem, guess, which, units, step, here.square)
-        if better is None:
-            break
-        done = (
-            np.abs(better[1].offsets - here.offsets).max() < SMALL and better[1].square > 0.999 * here.square
-        )
-        guess, here = better
-        if done:
+        before = here.square
+        guess, here, damping = _stepped(problem, guess, which, here, use, damping)
+        if here.square > (1.0 - SMALL) * before:
             break
     return guess, here
 
 
-def _shortened(
-    problem: Problem, guess: Guess, which: int, units: FloatArray, step: FloatArray, square: float
-) -> tuple[Guess, Fitted] | None:
-    """The guess after a step, halved until it is no worse; None where no part of it helps."""
-    for halving in range(HALVINGS):
-        tried = guess.moved(step * 0.5**halving)
-        found = _weighed(problem, tried, which, units)
-        if found.square <= square * (1.0 + 1e-9):
-            return tried, found
-    return None
+def _stepped(
+    problem: Problem, guess: Guess, which: int, here: Fitted, use: IntArray, damping: float
+) -> tuple[Guess, Fitted, float]:
+    """The guess after a step of the unknowns in use that makes it better, with the next damping; else as it was."""
+    scale = np.maximum(np.linalg.norm(here.design[:, use], axis=0), 1e-12)
+    design = here.design[:, use] / scale
+    matrix, side = design.T @ design, design.T @ here.error
+    for _ in range(DAMPINGS):
+        step = np.zeros(here.design.shape[1])
+        step[use] = np.linalg.solve(matrix + (damping + 1e-9) * np.eye(len(use)), side) / scale
+        step[-OFFSETS:] = np.clip(step[-OFFSETS:], -LARGE, LARGE)
+        tried = guess.moved(step)
+        found = _weighed(problem, tried, which, here.units)
+        if found.square < here.square:
+            return tried, found, max(0.1 * damping, 1e-9)
+        damping *= 10.0
+    return guess, here, damping
 
 
 def _weighed(problem: Problem, guess: Guess, which: int, units: FloatArray) -> Fitted:

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 
 #: Smallest and largest rate, in units of one over the response time.
 SLOWEST, FASTEST = 0.01, 30.0
-#: Number of the offsets, and of the gains by which sway turns the vessel.
-OFFSETS, COUPLED = 2, 3
+#: Number of the offsets, of all that a pose depends on, and of the gains by which sway turns the vessel.
+OFFSETS, POSED, COUPLED = 2, 4, 3
+#: Steps by which sensitivities are found: of a current, m/s, and of an offset, as a share of the response time.
+SMALL_CURRENT, SMALL_OFFSET = 0.01, 0.03
 #: What is looked at: one of the two velocities, the yaw then beside the measured sway, or both.
 SWAY, YAW, BOTH = 0, 1, 2
 
@@ -48,28 +50,26 @@ class Stretch:
 class Driven:
     """A measured velocity (n,); per interval what drives it (n - 1, m) and what its rate depends on (n - 1, q).
 
-    ``rest`` gives what the measured velocity has more than ``target`` in the windows (k,); ``drift`` (n, 2) is what a
-    steady current to the north and east adds to it.
+    ``rest`` gives what the measured velocity has more than ``target`` in the windows (k,).
     """
 
     target: FloatArray
     columns: FloatArray
     weights: FloatArray
     rest: Callable[[], FloatArray] | None = None
-    drift: FloatArray | None = None
 
 
 @dataclass(frozen=True)
 class Posed:
-    """What a stretch is to show for given offsets: sway, yaw, and the speed in the intervals (n - 1,)."""
+    """What a stretch is to show, through the water: sway, yaw, and the speed in the intervals (n - 1,)."""
 
     sway: Driven
     yaw: Driven
     speed: FloatArray
 
 
-#: What a stretch is to show, for the offsets of inputs and position.
-Pose = Callable[[Stretch, float, float], Posed]
+#: What a stretch is to show, for a current to north and east and the offsets of inputs and position, in turn.
+Pose = Callable[[Stretch, FloatArray], Posed]
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,11 @@ class Guess:
     def parts(self) -> tuple[FloatArray, ...]:
         """All unknowns in turn, as they stand in a step."""
         return (*self.sway, *self.yaw, self.coupling, self.first.ravel(), self.current, self.offsets)
+
+    @property
+    def posed(self) -> FloatArray:
+        """What a pose depends on: the current, then the offsets."""
+        return np.concatenate([self.current, self.offsets])
 
     @property
     def places(self) -> list[slice]:
@@ -151,7 +156,7 @@ def errors_of(problem: Problem, guess: Guess, which: int, slopes: bool) -> tuple
     which : int
         ``SWAY``, ``YAW`` or ``BOTH``.
     slopes : bool
-        With the sensitivities to the offsets; else those are zero.
+        With the sensitivities to the current and the offsets; else those are zero.
     """
     out = [_of_stretch(problem, guess, k, which, slopes) for k in range(len(problem.parts))]
     number = len(out[0][0])
@@ -163,35 +168,46 @@ def _of_stretch(
     problem: Problem, guess: Guess, number: int, which: int, slopes: bool
 ) -> tuple[Several, Several]:
     s, place = problem.parts[number], guess.places
-    posed = problem.pose(s, float(guess.offsets[0]), float(guess.offsets[1]))
+    posed = problem.pose(s, guess.posed)
+    later = _later(problem, s, guess) if slopes else []
     none = np.zeros((len(s.t) - 1, place[-1].stop))
-    moved, shown = _moved(problem, s, posed, guess, which) if slopes else ((none[:, 0], none[:, 0]), 0.0)
     first = place[5].start + number
     v, sv = posed.sway.target, np.zeros((len(s.t), none.shape[1]))
     shows = []
     if which != YAW:
         slope, at = none.copy(), (place[0], place[1], first)
-        slope[:, -OFFSETS] = moved[0]
+        for k, (moved, small) in enumerate(later):
+            slope[:, k - POSED] = _pushed(posed.sway, moved.sway, guess.sway) / small
         v, sv = _response(problem, s, posed.sway, guess.sway, none[:, 0], slope, guess.first[0, number], at)
     if which != SWAY:
         force, slope = _coupled(posed, guess, v, sv)
-        slope[:, -OFFSETS] += moved[1]
+        for k, (moved, small) in enumerate(later):
+            slope[:, k - POSED] += _pushed(posed.yaw, moved.yaw, guess.yaw) / small
         at = place[2], place[3], first + len(problem.parts)
-        shows.append(
-            (
-                posed.yaw,
-                *_response(problem, s, posed.yaw, guess.yaw, force, slope, guess.first[1, number], at),
-            )
-        )
+        yaw = _response(problem, s, posed.yaw, guess.yaw, force, slope, guess.first[1, number], at)
+        shows.append((posed.yaw, *yaw))
     if which != YAW:
-        sv[:, -1] -= shown
-        if posed.sway.drift is not None:
-            v, sv[:, place[6]] = v + posed.sway.drift @ guess.current, posed.sway.drift
+        sv = sv.copy()
+        for k, (moved, small) in enumerate(later):
+            sv[:, k - POSED] -= (moved.sway.target - posed.sway.target) / small
         shows.insert(0, (posed.sway, v, sv))
     errors = tuple(
         np.asarray(s.windows.dot(d.target - y)) + (0.0 if d.rest is None else d.rest()) for d, y, _ in shows
     )
     return errors, tuple(np.asarray(s.windows.dot(x)) for _, _, x in shows)
+
+
+def _later(problem: Problem, s: Stretch, guess: Guess) -> list[tuple[Posed, float]]:
+    """The stretch with a little more of a current to the north, to the east, and of each offset; how much more."""
+    steps = (SMALL_CURRENT, SMALL_CURRENT, *(SMALL_OFFSET * problem.time,) * OFFSETS)
+    return [(problem.pose(s, guess.posed + x * row), x) for x, row in zip(steps, np.eye(POSED), strict=True)]
+
+
+def _pushed(here: Driven, later: Driven, own: Pair) -> FloatArray:
+    """How what drives a velocity differs between two poses, (n - 1,)."""
+    rates, gains = own
+    fading = (later.weights - here.weights) @ rates[2:] * middle(here.target)
+    return np.asarray((later.columns - here.columns) @ gains - fading, float)
 
 
 def _coupled(posed: Posed, guess: Guess, v: FloatArray, sv: FloatArray) -> Pair:
@@ -201,19 +217,6 @@ def _coupled(posed: Posed, guess: Guess, v: FloatArray, sv: FloatArray) -> Pair:
     slope = (c[0] + c[1] * posed.speed + 2.0 * c[2] * np.abs(mean))[:, None] * middle(sv)
     slope[:, guess.places[4]] += columns
     return columns @ c, slope
-
-
-def _moved(
-    problem: Problem, s: Stretch, here: Posed, guess: Guess, which: int
-) -> tuple[Pair, FloatArray | float]:
-    """How forces on sway and yaw change with the inputs' offset, and the measured sway with the position's."""
-    small, (late, off) = 0.03 * problem.time, guess.offsets.tolist()
-    later = problem.pose(s, late + small, off)
-    sway = (later.sway.columns - here.sway.columns) @ guess.sway[1] / small
-    yaw = (later.yaw.columns - here.yaw.columns) @ guess.yaw[1] / small
-    if which == YAW:
-        return (sway, yaw), 0.0
-    return (sway, yaw), (problem.pose(s, late, off + small).sway.target - here.sway.target) / small
 
 
 def _response(

@@ -74,13 +74,24 @@ def seen(stream: Stream, states: pd.DataFrame, segments: Segments, step: float) 
     return Seen(stream.name, at, np.column_stack(columns), stream.sigma / np.sqrt(total))
 
 
-def motion_at(states: pd.DataFrame, t: FloatArray, off: float) -> FloatArray:
-    """x, y, ψ, u, v, r of the smoothed motion (n, 6), its positions' stamps moved back by ``off``."""
+def motion_at(
+    states: pd.DataFrame, t: FloatArray, off: float, current: FloatArray, mounting: FloatArray
+) -> FloatArray:
+    """x, y, ψ, u, v, r of the smoothed motion (n, 6), u and v through the water.
+
+    The positions' stamps are moved back by ``off``; ``mounting`` (3,) is where the antenna is, forward and to
+    starboard, and how far the compass is turned.
+    """
     known = states["t"].to_numpy()
     psi, r = (np.interp(t, known, states[k]) for k in ("psi", "r"))
     x, y, u, v, shown = (np.interp(t + off, known, states[k]) for k in ("x", "y", "u", "v", "psi"))
-    c, s = np.cos(shown - psi), np.sin(shown - psi)
-    return np.column_stack([x, y, psi, u * c - v * s, u * s + v * c, r])
+    north = u * np.cos(shown) - v * np.sin(shown) - current[0]
+    east = u * np.sin(shown) + v * np.cos(shown) - current[1]
+    ahead, abeam, turned = mounting
+    psi = psi - turned
+    c, s = np.cos(psi), np.sin(psi)
+    x, y = x - ahead * c + abeam * s, y - ahead * s - abeam * c
+    return np.column_stack([x, y, psi, north * c + east * s + r * abeam, east * c - north * s - r * ahead, r])
 
 
 def windows_of(segments: Segments, length: float) -> list[tuple[float, float]]:

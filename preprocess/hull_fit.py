@@ -1,31 +1,30 @@
-"""The search for a hull, a current, offsets of clocks and a gyro's errors that together leave nothing but noise.
+"""The search for a hull, a current, offsets of clocks and the sensors' own errors that leave nothing but noise.
 
 The hull (``preprocess.hull_run``) is run freely through windows, each from a first state of its own, and held against
 the samples of position, heading and yaw rate in units of their noise (an output error by multiple shooting, Bock and
 Plitt 1984): short windows first, so that a search which begins anywhere arrives. Damped Gauss-Newton steps; what is
 left of a stream beyond its noise makes the stream count less. A weak prior of the natural size of each coefficient
-keeps those that the motion does not determine.
+keeps those that the motion does not determine; so do priors of an antenna elsewhere than declared and of a compass that
+is turned, which look like stamps that are late where the terms do not follow them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pandas as pd
 
-from preprocess.hull_data import SHOWN, Acting, Seen, forces, motion_at
-from preprocess.hull_run import BEYOND, PER_INPUT, STATE, TERMS, free_terms, sail, terms_of
+from preprocess.hull_data import SHOWN, Acting, Seen, forces
+from preprocess.hull_run import BEYOND, PER_INPUT, STATE, TERMS, free_terms, sail
 from preprocess.kalman import IntArray
 from preprocess.trial import FloatArray
 
-#: Natural size of what one term does, as a multiple of the accelerations' rms; ridge of the first regression.
-NATURAL, RIDGE = 3.0, (1e-4, 1e-2, 1.0)
-#: Unknowns behind those of the run: the offset of the position; the gyro's scale, bias and offset.
-OFF, SCALE, BIAS, SHIFT, MORE = 0, 1, 2, 3, 4
+#: Unknowns behind those of the run: the offset of the position; the gyro's scale, bias and offset; where the antenna
+#: is, forward and to starboard of where it is said to be, and how far the compass is turned.
+OFF, SCALE, BIAS, SHIFT, AHEAD, ABEAM, TURNED, MORE = 0, 1, 2, 3, 4, 5, 6, 7
 #: Steps of one search, dampings that are tried for one of them, the longest step in an offset, s.
-STEPS, DAMPINGS, LARGE = 10, 4, 0.2
+STEPS, DAMPINGS, LARGE = 20, 4, 0.2
 #: A gain in -2 log likelihood that ends a search; of one that is followed by another one.
 LEAST_GAIN, ROUGH_GAIN = 0.05, 2.0
 #: A run that ends beyond this, in any unit, has no end.
@@ -49,7 +48,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Guess:
-    """Unknowns: coefficients (3, k), inputs' offset, current, position's offset, the gyro's three.
+    """Unknowns: coefficients (3, k), inputs' offset, current, position's offset, the gyro's three, three of mounting.
 
     ``firsts`` (windows, 6) are the states at the start of the windows.
     """
@@ -59,6 +58,7 @@ class Guess:
     current: FloatArray
     off: float
     gyro: FloatArray
+    mounting: FloatArray
     firsts: FloatArray
 
     def moved(self, step: FloatArray) -> Guess:
@@ -67,10 +67,10 @@ class Guess:
         p, theta = len(equation), self.theta.copy()
         theta[equation, term] += step[:p]
         late, off = np.clip(step[[p, p + BEYOND + OFF]], -LARGE, LARGE)
-        rest = step[p + BEYOND + SCALE : p + BEYOND + MORE], step[p + BEYOND + MORE :].reshape(-1, STATE)
+        gyro, mounting, firsts = np.split(step[p + BEYOND + SCALE :], (AHEAD - SCALE, MORE - SCALE))
         return Guess(
             theta, self.late + float(late), self.current + step[p + 1 : p + BEYOND], self.off + float(off),
-            self.gyro + rest[0], self.firsts + rest[1],
+            self.gyro + gyro, self.mounting + mounting, self.firsts + firsts.reshape(-1, STATE),
         )  # fmt: skip
 
 
@@ -98,12 +98,18 @@ class Left:
 
 @dataclass(frozen=True)
 class Problem:
-    """Windows, inputs, weights (standard deviations of the streams are multiplied by them), and the prior (p,)."""
+    """Windows, inputs, weights (standard deviations of the streams are multiplied by them), and priors.
+
+    ``prior`` (p,) of the coefficients, ``mounting`` (3,) of antenna and compass, as one over a standard deviation;
+    ``held`` are places of unknowns, among all, that stay as they are.
+    """
 
     windows: Sequence[Window]
     inputs: Sequence[Acting]
     weights: FloatArray
     prior: FloatArray
+    mounting: FloatArray = field(default_factory=lambda: np.zeros(MORE - AHEAD))
+    held: tuple[int, ...] = ()
 
 
 def cut_windows(
@@ -171,13 +177,29 @@ def _shown(
     shared = slope.shape[1] - STATE
     full = np.zeros((len(x), shared + MORE + STATE))
     if s.name == "position":
-        full[:, shared + OFF] = -rate
+        psi = (1.0 - x) * states[at, 2] + x * states[at + 1, 2]
+        along, swung = arms(psi, component)
+        value, turning = value + along @ guess.mounting[:2], swung @ guess.mounting[:2]
+        slope = slope + turning[:, None] * (
+            (1.0 - x)[:, None] * slopes[at, 2] + x[:, None] * slopes[at + 1, 2]
+        )
+        full[:, shared + AHEAD : shared + ABEAM + 1] = along
+        full[:, shared + OFF] = -rate - turning * (states[at + 1, 2] - states[at, 2]) / w.step
+    if s.name == "heading":
+        value, full[:, shared + TURNED] = value + guess.mounting[2], 1.0
     if s.name == "yaw_rate":
         full[:, shared + SCALE], full[:, shared + BIAS], full[:, shared + SHIFT] = value, 1.0, -rate
         value, slope = (1.0 + guess.gyro[0]) * value + guess.gyro[1], (1.0 + guess.gyro[0]) * slope
     full[:, :shared], full[:, shared + MORE :] = slope[:, :shared], slope[:, shared:]
     unit = 1.0 / (s.sigma * weight)
     return (s.value[:, component] - value) * unit, full * unit[:, None]
+
+
+def arms(psi: FloatArray, component: int) -> tuple[FloatArray, FloatArray]:
+    """What an antenna forward and to starboard adds to north (0) or east (1), and its slope in ψ, (n, 2) each."""
+    c, d = np.cos(psi), np.sin(psi)
+    north, east = np.column_stack([c, -d]), np.column_stack([d, c])
+    return (east, north) if component else (north, -east)
 
 
 def _between(
@@ -213,10 +235,14 @@ def normal(problem: Problem, guess: Guess, left: Left) -> tuple[FloatArray, Floa
         side[place] += d.T @ e
         cost += float(e @ e)
     coefficients = guess.theta[free_terms(len(problem.inputs))]
-    weight = problem.prior**2
-    matrix[np.arange(p), np.arange(p)] += weight
-    side[:p] -= weight * coefficients
-    return matrix, side, cost + float(weight @ coefficients**2)
+    known = np.r_[np.arange(p), p + BEYOND + np.arange(AHEAD, MORE)]
+    weight, value = np.r_[problem.prior, problem.mounting] ** 2, np.r_[coefficients, guess.mounting]
+    matrix[known, known] += weight
+    side[known] -= weight * value
+    for k in problem.held:
+        matrix[k], matrix[:, k], side[k] = 0.0, 0.0, 0.0
+        matrix[k, k] = 1.0
+    return matrix, side, cost + float(weight @ value**2)
 
 
 def place_of(shared: int, window: int) -> IntArray:
@@ -248,34 +274,6 @@ def descend(problem: Problem, guess: Guess, least_gain: float) -> tuple[Guess, L
         if before - cost < least_gain:
             break
     return guess, left
-
-
-def first_guess(
-    problem: Problem, states: pd.DataFrame, late: float, off: float, ridge: float
-) -> tuple[Guess, FloatArray]:
-    """Coefficients by regression of the smoothed motion's changes; and the prior (p,) that belongs to their terms."""
-    terms, changes = [], []
-    for w in problem.windows:
-        motion = motion_at(states, w.edges, off)[:, 3:]
-        terms.append(terms_of(0.5 * (motion[1:] + motion[:-1]), forces(problem.inputs, w.edges + late)[0]))
-        changes.append(np.diff(motion, axis=0) / w.step)
-    x, y = np.vstack(terms), np.vstack(changes)
-    size, rms = (np.sqrt(np.mean(z**2, axis=0)) + 1e-12 for z in (x, y))
-    equation, term = free_terms(len(problem.inputs))
-    theta = np.zeros((3, x.shape[1]))
-    for e in range(3):
-        use = term[equation == e]
-        a = x[:, use] / size[use]
-        theta[e, use] = (
-            np.linalg.solve(a.T @ a + ridge * len(a) * np.eye(len(use)), a.T @ y[:, e]) / size[use]
-        )
-    guess = Guess(theta, late, np.zeros(2), off, np.zeros(3), firsts_of(problem, states, off))
-    return guess, size[term] / (NATURAL * rms[equation])
-
-
-def firsts_of(problem: Problem, states: pd.DataFrame, off: float) -> FloatArray:
-    """The smoothed motion at the start of every window, (windows, 6)."""
-    return motion_at(states, np.array([w.start for w in problem.windows]), off)
 
 
 def settle(

@@ -33,7 +33,7 @@ class ClockOffset:
         Stamp less true time, s, taking the stamps of ``against`` for true.
     gain : float
         How many times less is left unexplained with the offset than without, where it rests on a model of the
-        response; infinite where it rests on kinematics alone.
+        response; infinite where it rests on kinematics alone, or on a hull that leaves nothing but noise.
     """
 
     stream: str

@@ -142,20 +142,25 @@ def forces(inputs: Sequence[Integrals], edges: FloatArray, speed2: FloatArray) -
 
 
 def manoeuvring(inputs: Sequence[Integrals], fixes: Fixes | None) -> Pose:
-    """Sway and yaw beside inputs and position whose stamps are moved back by their offsets."""
+    """Sway and yaw through the water, beside inputs and position whose stamps are moved back by their offsets.
 
-    def pose(s: Stretch, late: float, off: float) -> Posed:
+    What a current does to the forces of a rudder, by the speed, would else be made up for by an offset.
+    """
+
+    def pose(s: Stretch, known: FloatArray) -> Posed:
+        to_north, to_east, late, off = known.tolist()
         psi, r = s.columns["psi"], s.columns["r"]
         c, d = np.cos(psi), np.sin(psi)
         along, across = s.columns["u"], s.columns["v"]
         north, east = (np.interp(s.t + off, s.t, x) for x in (along * c - across * d, along * d + across * c))
+        north, east = north - to_north, east - to_east
         u, v = north * c + east * d, -north * d + east * c
         speed = middle(u)
         acting = forces(inputs, s.t + late, middle(u * u + v * v))
         one, turn, slower = np.ones(len(speed)), middle(r), speed - speed.mean()
         sideways = np.column_stack([turn, speed * turn, np.abs(turn) * turn, one, *acting])
         rest = None if fixes is None else partial(sway_left, s, fixes, off)
-        sway = Driven(v, sideways, np.column_stack([slower, np.abs(turn)]), rest, np.column_stack([-d, c]))
+        sway = Driven(v, sideways, np.column_stack([slower, np.abs(turn)]), rest)
         return Posed(sway, Driven(r, np.column_stack([one, *acting]), slower[:, None]), speed)
 
     return pose
@@ -179,17 +184,18 @@ def told(
     both = fit(parts, responses, time, LONGEST) if parts else None
     if both is None or COUNTED * len(both[0].error) - both[0].design.shape[1] < SPARE:
         return [None, None]
-    found, without = both
+    found, without, current = both
     pairs = [
-        (x, float(np.hypot(standard_error(found, k), MODEL_SHARE * time)))
+        (x, float(np.hypot(max(standard_error(found, k), doubt(found, without[k], k)), MODEL_SHARE * time)))
         for k, x in enumerate(found.offsets.tolist())
     ]
     bounds = tuple((float(s.t[0]), float(s.t[-1])) for s in parts)
-    better = by_hull(states, bounds, inputs, sensors, time, pairs)
+    better, clean = by_hull(states, bounds, inputs, sensors, time, pairs, current)
     out: list[ClockOffset | None] = []
     for k, (offset, stderr) in enumerate(better):
         unsure = abs(offset) > 0.9 * LONGEST or not stderr <= WORST
-        out.append(None if unsure else ClockOffset("", "", offset, stderr, gained(found, without, k)))
+        gain = float("inf") if clean else gained(found, without[k], k)
+        out.append(None if unsure else ClockOffset("", "", offset, stderr, gain))
     return out
 
 
@@ -200,18 +206,20 @@ def by_hull(
     sensors: Sequence[Stream],
     time: float,
     pairs: Sequence[tuple[float, float]],
-) -> Sequence[tuple[float, float]]:
-    """Offsets and standard errors beside a whole hull where they are surer; else as they are."""
+    current: FloatArray,
+) -> tuple[Sequence[tuple[float, float]], bool]:
+    """Offsets and standard errors beside a whole hull where it can follow, else as they are; whether it leaves noise.
+
+    The hull has more terms than the responses: what it needs no offset for is none, however sure they are.
+    """
     if not {"position", "heading"} <= {s.name for s in sensors}:
-        return pairs
+        return pairs, False
     step = time / HULL_POINTS
     start = [x if abs(x) < 0.9 * LONGEST and error < WORST else 0.0 for x, error in pairs]
     parts = excerpts(bounds, step * MOST_POINTS, 6.0 * time)
     samples = [seen(s, states.dropna(), parts, step) for s in sensors]
-    hull = told_by_hull(states, parts, inputs, samples, time, step, (start[0], start[1]))
-    if hull is None:
-        return pairs
-    return [min(a, b, key=lambda x: x[1]) for a, b in zip(pairs, (hull.late, hull.off), strict=True)]
+    hull = told_by_hull(states, parts, inputs, samples, time, step, (start[0], start[1]), current)
+    return (pairs, False) if hull is None else ([hull.late, hull.off], hull.clean)
 
 
 def gained(found: Fitted, without: Fitted, which: int) -> float:
@@ -220,6 +228,13 @@ def gained(found: Fitted, without: Fitted, which: int) -> float:
         (np.split(f.error, 2)[1 - which] ** 2).sum() * f.units[1 - which] ** 2 for f in (found, without)
     )
     return float(alone / max(with_, 1e-300))
+
+
+def doubt(found: Fitted, without: Fitted, which: int) -> float:
+    """Standard error that an offset has at least where responses without it leave as little, s."""
+    free = COUNTED * len(found.error) - found.design.shape[1]
+    gain = 0.5 * free * (without.deviance - found.deviance)
+    return float(abs(found.offsets[which]) / np.sqrt(max(gain, 1e-12)))
 
 
 def standard_error(found: Fitted, which: int) -> float:

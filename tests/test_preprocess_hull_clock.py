@@ -7,8 +7,9 @@ import pytest
 from preprocess_samples import Imperfect, sampled, truth_of
 
 from preprocess.hull_data import acting, forces, motion_at, seen, windows_of
-from preprocess.hull_fit import Problem, cut_windows, first_guess, left_by
+from preprocess.hull_fit import MORE, Problem, cut_windows, left_by
 from preprocess.hull_run import BEYOND, STATE, free_terms, sail
+from preprocess.hull_start import first_guess
 from preprocess.response_clock import by_hull, moving_inputs, response_time
 from preprocess.run_of_log import LoggedRun
 from preprocess.trials import make_trials
@@ -78,17 +79,18 @@ def test_sensitivities_are_those_of_the_run(late):
 
 
 def test_errors_and_their_slopes_agree(late):
-    """Of the offsets and of the gyro's errors, which the run itself knows nothing of."""
+    """Of the offsets and of the sensors' errors, which the run itself knows nothing of."""
     states, streams = late.states.dropna(), streams_of(late)
     sensors = [seen(s, states, late.segments, 0.1) for s in streams]
     windows = cut_windows(windows_of(((20.0, 40.0),), 10.0), 0.1, sensors, 0.2)
     inputs = [acting(m) for m in moving_inputs(late.inputs)]
     problem = Problem(windows, inputs, np.ones(3), np.empty(0))
-    guess, prior = first_guess(problem, states, 0.0, 0.2, 1e-4)
-    problem, p = replace(problem, prior=prior), len(prior)
+    guess, problem = first_guess(problem, states, (0.0, 0.2), np.array([0.1, -0.05]), 1e-4)
+    guess = replace(guess, mounting=np.array([0.3, -0.2, 0.05]))
+    p = len(problem.prior)
     left, small = left_by(problem, guess), 1e-5
-    for k in range(p + BEYOND, p + BEYOND + 4):
-        step = np.zeros(p + BEYOND + 4 + STATE * len(windows))
+    for k in range(p + BEYOND, p + BEYOND + MORE):
+        step = np.zeros(p + BEYOND + MORE + STATE * len(windows))
         step[k] = small
         ends = [left_by(problem, guess.moved(x)).errors[0] for x in (step, -step)]
         slope = (ends[1] - ends[0]) / (2.0 * small)
@@ -103,17 +105,23 @@ def test_a_hull_that_cannot_follow_says_nothing(late):
     swing = 3.0 * np.sin(1.7 * streams[0].t)[:, None]
     odd = [replace(streams[0], value=streams[0].value + swing), *streams[1:]]
     pairs = [(0.05, 0.3), (0.1, 0.3)]
-    time = response_time(late.states)
-    assert by_hull(states, late.segments, moving_inputs(late.inputs), odd, time, pairs) == pairs
-    told = by_hull(states, late.segments, moving_inputs(late.inputs), streams, time, pairs)
+    time, none = response_time(late.states), np.zeros(2)
+    assert by_hull(states, late.segments, moving_inputs(late.inputs), odd, time, pairs, none) == (
+        pairs,
+        False,
+    )
+    told, clean = by_hull(states, late.segments, moving_inputs(late.inputs), streams, time, pairs, none)
+    assert clean
     assert told[1][0] == pytest.approx(0.2, abs=0.02)
 
 
 def test_the_smoothed_motion_moves_with_its_positions_stamps(late):
     states = late.states.dropna()
     t = np.array([30.0, 50.0])
-    here, moved = motion_at(states, t, 0.0), motion_at(states, t, 0.2)
+    here, moved = (motion_at(states, t, off, np.zeros(2), np.zeros(3)) for off in (0.0, 0.2))
     np.testing.assert_allclose(here[:, 3], np.interp(t, states["t"], states["u"]))
     np.testing.assert_allclose(moved[:, 0], np.interp(t + 0.2, states["t"], states["x"]))
-    speed = [np.hypot(m[:, 3], m[:, 4]) for m in (motion_at(states, t + 0.2, 0.0), moved)]
+    speed = [
+        np.hypot(m[:, 3], m[:, 4]) for m in (motion_at(states, t + 0.2, 0.0, np.zeros(2), np.zeros(3)), moved)
+    ]
     np.testing.assert_allclose(*speed, rtol=2e-3)
