@@ -24,7 +24,7 @@ from preprocess.trial import FloatArray
 #: is, forward and to starboard of where it is said to be, and how far the compass is turned.
 OFF, SCALE, BIAS, SHIFT, AHEAD, ABEAM, TURNED, MORE = 0, 1, 2, 3, 4, 5, 6, 7
 #: Steps of one search, dampings that are tried for one of them, the longest step in an offset, s.
-STEPS, DAMPINGS, LARGE = 20, 4, 0.2
+STEPS, DAMPINGS, LARGE = 40, 7, 0.2
 #: A gain in -2 log likelihood that ends a search; of one that is followed by another one.
 LEAST_GAIN, ROUGH_GAIN = 0.05, 2.0
 #: A run that ends beyond this, in any unit, has no end.
