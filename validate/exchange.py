@@ -80,7 +80,9 @@ def one_load_for_two(fitted: Fitted) -> Fitted | None:
         found = [dropped(in_logs(fitted, k, both), other) for k, other in (pair, pair[::-1])]
         simpler = min(found, key=lambda f: f.solution.total)
         lost = _more_than(fitted, simpler)
-        if lost < INDISTINCT or lost < LITTLE * _more_than(fitted, dropped(dropped(fitted, pair[1]), pair[0])):
+        if lost < INDISTINCT or lost < LITTLE * _more_than(
+            fitted, dropped(dropped(fitted, pair[1]), pair[0])
+        ):
             return simpler
     return None
 
