@@ -16,6 +16,7 @@ from identify.in_common import in_common
 from identify.noise import calibrated, dispersed_cost, recalibrated
 from identify.output_error import solve
 from identify.structure import Structure
+from identify.windows import Problem
 from preprocess.cores import side_by_side
 from validate.anew import anew
 from validate.candidates import Screened, smooth
@@ -34,6 +35,7 @@ from validate.refits import (
 )
 from validate.score_scatter import Scatter, scatter
 from validate.search_ends import THE_SAME
+from validate.swell import with_waves_known
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -115,13 +117,23 @@ def judge(
     best = best_first(refitted, base)[0][1]
     base = better_base(base, best)
     far = base.chi2_per_dof > FAR
-    weights = recalibrated(best.problem, best.solution)
+    weights = _weights_of(best)
     base_there = under(weights, base)
     reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
     near = [(s, under(weights, f)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
     judged = [_judged(base_there, s, f, tried, known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
+
+
+def _weights_of(best: Fitted) -> Problem:
+    """The windows weighed as the best refit leaves their errors, and the waves in them as they show beside it.
+
+    Waves that were seen without it were given what it explains, as far as they could be: with them it gains little.
+    """
+    again = best if best.problem.swell is None or best.is_far else with_waves_known(best)
+    alike = len(again.problem.windows) == len(best.problem.windows)
+    return recalibrated(again.problem, again.solution) if alike else recalibrated(best.problem, best.solution)
 
 
 def _unlikely(judged: Judged) -> tuple[bool, float]:
