@@ -53,6 +53,9 @@ CLEARLY = 0.5
 BY_CHANCE = 0.25
 #: Off the noise, so many of the best candidates are fitted again from the beginning.
 AGAIN = 3
+#: Steps of the fits with candidates, and without, under the weights of the best: of two that are not at their best the
+#: difference says nothing.
+SETTLED = 30
 #: Errors have structure worth a name from this much variance at low frequency beyond white noise.
 COLOURED = 0.2
 #: As long as the model stays far from the noise, a candidate must take away this share of the cost: what takes less
@@ -118,9 +121,9 @@ def judge(
     base = better_base(base, best)
     far = base.chi2_per_dof > FAR
     weights = _weights_of(best)
-    base_there = under(weights, base)
+    base_there = under(weights, base, SETTLED)
     reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
-    near = [(s, under(weights, f)) for s, f in refitted if f.solution.total < reach]
+    near = [(s, under(weights, f, SETTLED)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
     judged = [_judged(base_there, s, f, tried, known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
