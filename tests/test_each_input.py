@@ -16,7 +16,6 @@ from identify.effects.actuators import (
     ACTUATOR_DEADBAND,
     ACTUATOR_DELAY,
     ACTUATOR_LAG,
-    ACTUATOR_OFFSET,
     ACTUATOR_RATE_LIMIT,
 )
 from identify.prepare import prepare
@@ -27,7 +26,7 @@ from validate.look_alikes import standing
 from validate.loop import search
 
 BOTH = Variant("left", besides=("right",))
-ALIKE = (ACTUATOR_DELAY, ACTUATOR_LAG, ACTUATOR_RATE_LIMIT, ACTUATOR_DEADBAND, ACTUATOR_OFFSET)
+ALIKE = (ACTUATOR_DELAY, ACTUATOR_LAG, ACTUATOR_RATE_LIMIT, ACTUATOR_DEADBAND)
 
 
 def valued(structure, **values):

@@ -117,7 +117,7 @@ ACTUATOR_OFFSET = Effect(
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("offset", "input's unit", 0.05, relative=True, believed=_NEAR_ZERO),),
     actuator=lambda p, a, *_: displaced(*a, p["offset"]),
-    variants=_each,
+    variants=lambda s: [Variant(i.name) for i in s.inputs],  # each is trimmed by itself
 )  # fmt: skip
 
 
