@@ -113,7 +113,7 @@ def _counted(problem: Problem, *, drifts: bool) -> Problem:
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:
     """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
-    structure, same = fitted.solution.structure, same_columns(fitted)
+    structure, same = fitted.solution.structure, fitted.remembered(same_columns)
     merge = merging(same, len(fitted.solution.p))
     p, covariance = merge @ fitted.solution.p, merge @ covariance_of(fitted) @ merge.T
     own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and not s.nuisance]
@@ -271,7 +271,7 @@ def lead_words(lead: float, error: float, expected: float) -> list[str]:
 
 def equations(fitted: Fitted) -> tuple[str, ...]:
     """The fitted equations as text, one per degree of freedom."""
-    structure, same = fitted.solution.structure, same_columns(fitted)
+    structure, same = fitted.solution.structure, fitted.remembered(same_columns)
     p, gone = merging(same, len(fitted.solution.p)) @ fitted.solution.p, {s.given_up for s in same}
     lines = []
     for dof, left in (("u", "u̇"), ("v", "v̇"), ("r", "ṙ"), ("e1", "ė₁"), ("e2", "ė₂")):
