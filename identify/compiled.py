@@ -12,7 +12,7 @@ from identify.drive import Drive
 from identify.innovations import NO_FILTER, Filter
 from identify.kernel import NM, NX
 from identify.measure import moments_of_windows
-from identify.sample import Motion, Sensing, work_for
+from identify.sample import Motion, Sensing, nothing_white, work_for
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.tangents import Along, padded, run_for
@@ -62,10 +62,10 @@ def rows_of(
     begin, length, samples = places_of(windows)
     tape, width = structure.table.tape, along.current.shape[1]
     rows = np.zeros((len(stretch.samples.t), 2, columns.stop - columns.start))
-    nothing, none = np.zeros((len(rows), 2)), np.zeros((2 * len(rows), 0))
+    nothing = np.zeros((len(rows), 2))
     moments_of_windows(
         np.ascontiguousarray(first), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps, along,
-        sensing, none, np.zeros((len(begin), 0)), run_for(tape, int(length.max()), width, d.channels.shape[1]),
+        sensing, nothing_white(len(begin)), run_for(tape, int(length.max()), width, d.channels.shape[1]),
         work_for(width, states=sensing.known.states), np.empty((len(begin), 1, 1)), nothing, columns.start, rows,
     )  # fmt: skip
     return rows

@@ -9,7 +9,7 @@ from numba import njit
 
 from identify.kernel import POSITION, VELOCITY
 from identify.sample import BATCH, pose_at, row_of, sum_row
-from identify.simd import COMPILED, INLINED, load, store
+from identify.simd import COMPILED, INLINED, load, store, take
 from identify.tangents import sensitivities
 
 
@@ -23,8 +23,7 @@ def moments_of_windows(
     steps,
     along,
     sensing,
-    basis,
-    shrink,
+    whitens,
     run,
     work,
     moments,
@@ -35,10 +34,10 @@ def moments_of_windows(
     """Moments of every window: fills ``moments`` (w, c + 1, c + 1) and ``residual`` (m, 2), or ``rows`` (m, 2, k).
 
     ``first`` (w, 8) first states, ``begin`` and ``length`` (w,) steps, ``samples`` (w, 2) first and last sample. Rows
-    lose what is known of a drift, and count less by ``shrink`` (w, K) along the vectors of ``basis`` (2m, K); the
-    errors are left as they are. A window that runs away gets NaN. With any columns in ``rows``, these are the weighted
-    derivatives of every sample from column ``since`` on (zeros where a window runs away), and the moments mean nothing:
-    compiled in one, since to compile the run with its sensitivities twice takes two seconds of a first call.
+    lose what is known of a drift, and are made white by what ``whitens`` them; the errors are left as they are. A
+    window that runs away gets NaN. With any columns in ``rows``, these are the weighted derivatives of every sample
+    from column ``since`` on (zeros where a window runs away), and the moments mean nothing: compiled in one, since to
+    compile the run with its sensitivities twice takes two seconds of a first call.
     """
     m = motion
     last = moments.shape[1] - 1
@@ -53,12 +52,12 @@ def moments_of_windows(
         if done < length[w]:
             moments[w, last, last] = np.nan
             continue
-        used = _used(shrink, w)
+        used = _used(whitens.shrink, w)
         _window(
-            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, basis, used, run, work, residual, last,
-            since, rows,
+            begin[w], length[w], samples[w, 0], samples[w, 1], m, sensing, whitens.batches, whitens.place[w], used,
+            run, work, residual, last, since, rows,
         )  # fmt: skip
-        _whiten(shrink, w, used, work, last)
+        _whiten(whitens.shrink, w, used, work, last)
         for a in range(last + 1):
             for b in range(a + 1):
                 moments[w, a, b] = moments[w, b, a] = work.moment[b, a]
@@ -74,18 +73,24 @@ def _used(shrink, w):
 
 
 @njit(**INLINED)
-def _project(basis, used, work):
-    """Add the rows of a batch to their sums along the basis."""
-    width, row, batch = work.batch.shape[1], work.row, work.batch
-    for k in range(used):
-        a, b, c, d = basis[row[0], k], basis[row[1], k], basis[row[2], k], basis[row[3], k]
-        e, f, g, h = basis[row[4], k], basis[row[5], k], basis[row[6], k], basis[row[7], k]
-        for o in range(0, width, 8):
-            one = load(batch, o) * a + load(batch, width + o) * b
-            two = load(batch, 2 * width + o) * c + load(batch, 3 * width + o) * d
-            one = one + load(batch, 4 * width + o) * e + load(batch, 5 * width + o) * f
-            two = two + load(batch, 6 * width + o) * g + load(batch, 7 * width + o) * h
-            at = k * width + o
+def _project(batches, first, used, work):
+    """Add the rows of a batch to their sums along the vectors, whose numbers there begin at ``first``."""
+    width, batch = work.batch.shape[1], work.batch
+    for o in range(0, width, 8):
+        a, b, c, d = (
+            load(batch, o),
+            load(batch, width + o),
+            load(batch, 2 * width + o),
+            load(batch, 3 * width + o),
+        )
+        e, f = load(batch, 4 * width + o), load(batch, 5 * width + o)
+        g, h = load(batch, 6 * width + o), load(batch, 7 * width + o)
+        for k in range(used):
+            x, at = first + k * BATCH, k * width + o
+            one = a * take(batches, x) + b * take(batches, x + 1)
+            two = c * take(batches, x + 2) + d * take(batches, x + 3)
+            one = one + e * take(batches, x + 4) + f * take(batches, x + 5)
+            two = two + g * take(batches, x + 6) + h * take(batches, x + 7)
             store(work.projected, at, load(work.projected, at) + (one + two))
 
 
@@ -102,7 +107,9 @@ def _whiten(shrink, w, used, work, last):
 
 
 @njit(**INLINED)
-def _window(begin, length, low, high, motion, sensing, basis, used, run, work, residual, last, since, rows):
+def _window(
+    begin, length, low, high, motion, sensing, batches, first, used, run, work, residual, last, since, rows
+):  # fmt: skip
     """Sum the products of all rows of one window, or put the rows where they are asked for."""
     width = work.batch.shape[1]
     for k in range(used):
@@ -130,17 +137,19 @@ def _window(begin, length, low, high, motion, sensing, basis, used, run, work, r
                 _take_off(axis, m, filled, sensing.known, work)
             for k in range(rows.shape[2]):
                 rows[m, axis, k] = work.batch[filled, since + k] if since + k < width else 0.0
-            work.row[filled] = 2 * m + axis
             filled += 1
             if filled == BATCH:
                 _take(work.batch, work.moment, last)
-                _project(basis, used, work)
+                _project(batches, first, used, work)
+                first += BATCH * used
                 filled = np.int64(0)
+    if filled == 0:
+        return
     for q in range(filled, BATCH):
         for a in range(width):
             work.batch[q, a] = 0.0
     _take(work.batch, work.moment, last)
-    _project(basis, used, work)
+    _project(batches, first, used, work)
 
 
 @njit(**INLINED)

@@ -55,11 +55,28 @@ class Sensing(NamedTuple):
     known: Filter
 
 
+class Whitens(NamedTuple):
+    """What makes the rows of windows white, see ``identify.whitening.Whitening``.
+
+    ``batches`` (n,) of eight rows each: of every vector that a window uses eight numbers; ``place`` (w,) where a
+    window's begin; by ``shrink`` (w, K) rows count less along each vector.
+    """
+
+    batches: FloatArray
+    place: IntArray
+    shrink: FloatArray
+
+
+def nothing_white(windows: int) -> Whitens:
+    """What leaves the rows of so many windows as they are."""
+    return Whitens(np.zeros(0), np.zeros(windows, dtype=np.int64), np.zeros((windows, 0)))
+
+
 class Work(NamedTuple):
     """Places to work in.
 
-    ``batch`` (BATCH, width) rows of derivatives and error, ``row`` (BATCH,) which ones they are, ``moment`` (width,
-    width) their products, ``projected`` (K, width) their sums along a window's basis; for the row in hand ``place`` and
+    ``batch`` (BATCH, width) rows of derivatives and error, ``moment`` (width, width) their products, ``projected``
+    (K, width) their sums along a window's vectors; for the row in hand ``place`` and
     ``weight`` (SOURCES, MOST) flat places of its summands and their weights, ``counts`` (SOURCES,) how many there are;
     ``states`` (D, width) what is known of a drift and waves in every column, ``after`` (D, width) as it is carried on.
     """
@@ -67,7 +84,6 @@ class Work(NamedTuple):
     batch: FloatArray
     moment: FloatArray
     projected: FloatArray
-    row: IntArray
     place: IntArray
     weight: FloatArray
     counts: IntArray
@@ -81,7 +97,7 @@ def work_for(width: int, basis: int = 0, states: int = 0) -> Work:
         (BATCH, width), (width, width), (basis, width), (states, width), (states, width)
     )
     return Work(
-        batch, moment, projected, np.zeros(BATCH, dtype=np.int64), np.zeros((SOURCES, MOST), dtype=np.int64),
+        batch, moment, projected, np.zeros((SOURCES, MOST), dtype=np.int64),
         np.zeros((SOURCES, MOST)), np.zeros(SOURCES, dtype=np.int64), before, after,
     )  # fmt: skip
 

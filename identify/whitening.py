@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identify.sample import BATCH, Whitens
 from identify.threads import abreast
 from preprocess.cores import granted
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from identify.windows import Problem, Window
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: A size, and what samples (m, 2, K) of every stretch show, in their units, of one standard deviation over that size.
 Part = tuple[float, Sequence[FloatArray]]
@@ -31,16 +34,23 @@ class Whitening:
     """What makes the errors of every window white.
 
     Per stretch ``basis`` (m, 2, K): each window's own eigenvectors, in its samples' rows; ``shrink`` (w, K): λ/(1+λ),
-    0 after the last that a window has.
+    0 after the last that a window has. ``batches`` are the same per stretch as the compiled code goes through them, and
+    ``place`` (w,) is where in these a window begins (``in_batches``).
     """
 
     basis: tuple[FloatArray, ...]
     shrink: FloatArray
+    batches: tuple[FloatArray, ...]
+    place: IntArray
 
     def rows(self, stretch: int) -> FloatArray:
         """The basis of a stretch, (2m, K): its samples' rows one after another."""
         basis = self.basis[stretch]
         return basis.reshape(2 * len(basis), basis.shape[2])
+
+    def of(self, stretch: int, windows: IntArray) -> Whitens:
+        """What whitens some windows (w,) of a stretch, for the compiled code."""
+        return Whitens(self.batches[stretch], self.place[windows], np.ascontiguousarray(self.shrink[windows]))
 
     def whitened(self, number: int, stretch: int, samples: slice, error: FloatArray) -> FloatArray:
         """Errors (m, 2) of a window, made white: times the square root of the inverse covariance."""
@@ -87,7 +97,29 @@ def whitening_of(problem: Problem, parts: Sequence[Part]) -> Whitening:
     for number, (w, (power, vectors)) in enumerate(zip(problem.windows, found, strict=True)):
         shrink[number, : len(power)] = power / (1.0 + power)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
-    return Whitening(basis, shrink)
+    return Whitening(basis, shrink, *_every_batch(problem, [vectors for _, vectors in found]))
+
+
+def _every_batch(problem: Problem, vectors: Sequence[FloatArray]) -> tuple[tuple[FloatArray, ...], IntArray]:
+    """Every stretch's windows one after the other as ``in_batches``, and where (w,) in its stretch each begins."""
+    parts: list[list[FloatArray]] = [[] for _ in problem.stretches]
+    place, filled = np.zeros(len(vectors), dtype=np.int64), [0] * len(parts)
+    for number, (w, mine) in enumerate(zip(problem.windows, vectors, strict=True)):
+        found = in_batches(mine, problem.two_axes(w))
+        parts[w.stretch].append(found)
+        place[number], filled[w.stretch] = filled[w.stretch], filled[w.stretch] + len(found)
+    return tuple(np.concatenate([np.zeros(0), *some]) for some in parts), place
+
+
+def in_batches(vectors: FloatArray, two: BoolArray) -> FloatArray:
+    """Eigenvectors (m, 2, k) in the order in which rows are summed: batch by batch, of each vector what it has there.
+
+    A sample has two rows where it has ``two`` (m,) axes, else one; what is missing of the last batch is nothing.
+    """
+    measured = np.stack([np.ones_like(two), two], axis=1)
+    rows = vectors[measured]
+    rows = np.concatenate([rows, np.zeros((-len(rows) % BATCH, rows.shape[1]))])
+    return rows.reshape(len(rows) // BATCH, BATCH, rows.shape[1]).transpose(0, 2, 1).ravel()
 
 
 def within(problem: Problem, parts: Sequence[Part], window: Window) -> FloatArray:

@@ -17,7 +17,7 @@ from identify.first_states import begun
 from identify.innovations import Filter, new_in
 from identify.measure import moments_of_windows
 from identify.moments import Moments
-from identify.sample import work_for
+from identify.sample import nothing_white, work_for
 from identify.stretch import IntArray, Stretch
 from identify.structure import Structure
 from identify.swell import Swell
@@ -28,6 +28,7 @@ from identify.whitening import Part, Whitening, whitening_of
 from preprocess.cores import granted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Windows are shared among threads from so many steps times columns on: to hand over less costs more than it saves.
 WORTH_SHARING = 150_000
@@ -110,8 +111,8 @@ class Problem:
         """Number of scalar measurements."""
         total = 0
         for w in self.windows:
-            kind = self.stretches[w.stretch].samples.kind[w.samples]
-            total += len(kind) + int(np.sum((kind == kernel.POSITION) | (kind == kernel.VELOCITY)))
+            two = self.two_axes(w)
+            total += len(two) + int(np.sum(two))
         return total
 
     @cached_property
@@ -131,6 +132,11 @@ class Problem:
     def kinds(self, window: Window) -> IntArray:
         """Kind (m,) of every sample of a window."""
         return self.stretches[window.stretch].samples.kind[window.samples]
+
+    def two_axes(self, window: Window) -> BoolArray:
+        """Which samples (m,) of a window are two measurements, north and east."""
+        kind = self.kinds(window)
+        return np.asarray((kind == kernel.POSITION) | (kind == kernel.VELOCITY), dtype=bool)
 
     def weighted_as(self, other: Problem) -> Problem:
         """The same windows with the weights of another problem."""
@@ -248,10 +254,7 @@ def _of_windows(
     begin, length, samples = places_of(windows)
     width = padded(columns)
     found, errors = np.empty((len(part), columns, columns)), np.zeros((len(stretch.samples.t), 2))
-    basis: FloatArray = np.zeros((2 * len(errors), 0))
-    shrink: FloatArray = np.zeros((len(part), 0))
-    if hidden is not None:
-        basis, shrink = hidden.rows(windows[0].stretch), np.ascontiguousarray(hidden.shrink[part])
+    whitens = nothing_white(len(part)) if hidden is None else hidden.of(windows[0].stretch, part)
     known = problem.known[windows[0].stretch]
     sensing = sensing_of(problem.inflation, stretch, d.sensor, along[1], known)
     if beside is not None:
@@ -259,8 +262,8 @@ def _of_windows(
         sensing = sensing._replace(value=sensing.value + more)
     moments_of_windows(
         np.ascontiguousarray(first[part]), begin, length, samples, motion_of(structure, d, stretch.h), tape.steps,
-        along[0], sensing, basis, shrink, run_for(tape, int(length.max()), width, d.channels.shape[1]),
-        work_for(width, shrink.shape[1], known.states), found, errors, 0, np.zeros((0, 2, 0)),
+        along[0], sensing, whitens, run_for(tape, int(length.max()), width, d.channels.shape[1]),
+        work_for(width, whitens.shrink.shape[1], known.states), found, errors, 0, np.zeros((0, 2, 0)),
     )  # fmt: skip
     return found, errors
 

@@ -17,8 +17,10 @@ from identify.effect import Active, Variant
 from identify.effects.actuators import ACTUATOR_LAG
 from identify.prepare import prepare
 from identify.report_fit import make_fit
+from identify.sample import BATCH
 from identify.structure import null_parameters
 from identify.unlogged import most_likely, unlogged
+from identify.whitening import in_batches
 from identify.windows import moments
 from validate import rounds
 from validate.refits import begun_at
@@ -160,3 +162,16 @@ def test_a_fit_begun_anew_is_preferred_by_what_its_own_errors_say_is_hidden(monk
     found = rounds.settled(fitted)
     assert found.problem.dispersion.max() < 2.0
     assert found.problem.unlogged.share <= 1.0
+
+
+@pytest.mark.parametrize("samples", [1, 4, 7, 16, 21])
+@pytest.mark.parametrize("vectors", [0, 1, 5])
+def test_rows_are_gone_through_in_batches_in_their_order(samples, vectors):
+    random = np.random.default_rng(samples)
+    mine, two = random.normal(size=(samples, 2, vectors)), random.random(samples) < 0.5
+    rows = [mine[k, axis] for k in range(samples) for axis in range(1 + two[k])]
+    count = -(-len(rows) // BATCH)
+    batches = in_batches(mine, two).reshape(count, vectors, BATCH)
+    found = batches.transpose(0, 2, 1).reshape(count * BATCH, vectors)
+    assert np.array_equal(found[: len(rows)], np.array(rows).reshape(len(rows), vectors))
+    assert not found[len(rows) :].any()
