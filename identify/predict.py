@@ -8,6 +8,7 @@ import numpy as np
 
 from identify import kernel
 from identify.drive import Drive, drive
+from identify.first_states import following_states
 from identify.regression import over_ground, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
@@ -20,10 +21,15 @@ BEGINNINGS = 8
 
 
 def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
-    """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r through the water."""
+    """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r through the water.
+
+    An effect's own states are where the smoothed motion has brought them: a run that begins in a turn begins heeled.
+    """
     state = true_states(structure, d.sensor, stretch, slice(step, step + 1))
     out = np.zeros(kernel.NX)
     out[:6] = through_water(state, d.current)[0]
+    if structure.has_following_states:
+        out[6:] = following_states(structure, d, stretch)[step]
     return out
 
 

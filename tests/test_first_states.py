@@ -14,6 +14,7 @@ from identify.drive import drive
 from identify.effect import Active
 from identify.effects.hull import ROLL_COUPLING
 from identify.first_states import begun, first_states
+from identify.predict import run, true_first_state
 from identify.prepare import prepare
 from identify.settled import settled
 from identify.structure import null_parameters
@@ -85,3 +86,18 @@ def test_a_roll_that_grows_beyond_all_measure_costs_no_number_and_warns_of_nothi
     p = s.p.copy()
     p[[q.name == "damping" for q in s.structure.slots]] = -2.0
     assert not np.isfinite(moments(problem, s.structure, p, s.first, held=True).cost)
+
+
+def test_a_free_run_that_begins_in_a_turn_begins_heeled():
+    """Upright it would swing for as long as the roll takes to damp, and be worse than without any roll."""
+    fitted = rolling()
+    s, errors = fitted.solution, []
+    for stretch in fitted.problem.stretches:
+        d = drive(s.structure, s.p, stretch)
+        begin = int(np.argmax(np.abs(stretch.states[:-40, 3] * stretch.states[:-40, 5])))
+        heeled = true_first_state(s.structure, d, stretch, begin)
+        for first in (heeled, np.where(np.arange(8) < 6, heeled, 0.0)):
+            states = run(s.structure, d, stretch, first, begin, 40)
+            errors.append(states[:, 4:6] - stretch.states[begin : begin + 41, 4:6])
+    right, upright = (np.sqrt(np.mean(np.square(errors[k::2]), axis=(0, 1))) for k in (0, 1))
+    assert (right < 0.5 * upright).all()
