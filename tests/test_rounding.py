@@ -113,3 +113,13 @@ def test_what_is_more_than_rounding_needs_no_more_evidence(monkeypatch):
     fitted = shallow_in_the_last((truth,), STEP)
     monkeypatch.setattr(sure, "evidence", lambda *_: 150.0)
     assert _beyond(fitted, np.eye(len(fitted.solution.p)), 0) > 0.0
+
+
+def test_a_channel_that_is_off_by_chance_is_not_held_against_an_effect(monkeypatch):
+    """A surge that hardly moves is worse with the effect by more than the yaw rate is better, and says nothing."""
+    truth = Effect("shallow_water", {"factor": 1.4}, None, {"logs": (3,)})
+    fitted = shallow_in_the_last((truth,), STEP)
+    errors = {True: np.array([0.5, 0.0, 0.0]), False: np.array([0.4, 0.0, 0.05])}
+    monkeypatch.setattr(sure, "free_running_errors", lambda f: errors[bool(f.solution.structure.actives)])
+    monkeypatch.setattr(sure, "evidence", lambda *_: 150.0)
+    assert _beyond(fitted, np.eye(len(fitted.solution.p)), 0) > 0.0
