@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from preprocess.hull_data import SHOWN, Acting, Seen, forces
-from preprocess.hull_run import BEYOND, PER_INPUT, STATE, TERMS, free_terms, sail
+from preprocess.hull_run import BEYOND, PER_INPUT, STATE, TERMS, free_terms, put_between, sail
 from preprocess.kalman import IntArray
 from preprocess.trial import FloatArray
 
@@ -173,26 +173,27 @@ def _shown(
     at = np.clip(((stamp - w.start) / w.step).astype(int), 0, w.count - 1)
     x = (stamp - w.start) / w.step - at
     value, rate = _between(states, guess.current, column, at, x, w.step)
-    slope = (1.0 - x)[:, None] * slopes[at, column] + x[:, None] * slopes[at + 1, column]
-    shared = slope.shape[1] - STATE
+    unit = 1.0 / (s.sigma * weight)
+    shared, gain, turning = slopes.shape[2] - STATE, 1.0, np.empty(0)
     full = np.zeros((len(x), shared + MORE + STATE))
     if s.name == "position":
         psi = (1.0 - x) * states[at, 2] + x * states[at + 1, 2]
         along, swung = arms(psi, component)
         value, turning = value + along @ guess.mounting[:2], swung @ guess.mounting[:2]
-        slope = slope + turning[:, None] * (
-            (1.0 - x)[:, None] * slopes[at, 2] + x[:, None] * slopes[at + 1, 2]
-        )
-        full[:, shared + AHEAD : shared + ABEAM + 1] = along
-        full[:, shared + OFF] = -rate - turning * (states[at + 1, 2] - states[at, 2]) / w.step
+        full[:, shared + AHEAD : shared + ABEAM + 1] = along * unit[:, None]
+        full[:, shared + OFF] = (-rate - turning * (states[at + 1, 2] - states[at, 2]) / w.step) * unit
     if s.name == "heading":
-        value, full[:, shared + TURNED] = value + guess.mounting[2], 1.0
+        value, full[:, shared + TURNED] = value + guess.mounting[2], unit
     if s.name == "yaw_rate":
-        full[:, shared + SCALE], full[:, shared + BIAS], full[:, shared + SHIFT] = value, 1.0, -rate
-        value, slope = (1.0 + guess.gyro[0]) * value + guess.gyro[1], (1.0 + guess.gyro[0]) * slope
-    full[:, :shared], full[:, shared + MORE :] = slope[:, :shared], slope[:, shared:]
-    unit = 1.0 / (s.sigma * weight)
-    return (s.value[:, component] - value) * unit, full * unit[:, None]
+        gain = 1.0 + float(guess.gyro[0])
+        full[:, shared + SCALE], full[:, shared + BIAS], full[:, shared + SHIFT] = (
+            value * unit,
+            unit,
+            -rate * unit,
+        )
+        value = gain * value + guess.gyro[1]
+    put_between(slopes, column, at, x, turning, gain, unit, MORE, full)
+    return (s.value[:, component] - value) * unit, full
 
 
 def arms(psi: FloatArray, component: int) -> tuple[FloatArray, FloatArray]:

@@ -100,11 +100,13 @@ def _rate(s, theta, force, current, dx, jacobian, terms, slope):  # type: ignore
 def _sensitivity(s, jacobian, terms, theta, later, speed2, equation, term, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Rate of the sensitivities ``s`` (6, p)."""
     p = len(equation)
+    for e in range(2):
+        for k in range(s.shape[1]):
+            out[e, k] = jacobian[e, 2] * s[2, k] + jacobian[e, 3] * s[3, k] + jacobian[e, 4] * s[4, k]
     for k in range(s.shape[1]):
-        out[0, k] = jacobian[0, 2] * s[2, k] + jacobian[0, 3] * s[3, k] + jacobian[0, 4] * s[4, k]
-        out[1, k] = jacobian[1, 2] * s[2, k] + jacobian[1, 3] * s[3, k] + jacobian[1, 4] * s[4, k]
         out[2, k] = s[5, k]
-        for e in range(3, 6):
+    for e in range(3, 6):
+        for k in range(s.shape[1]):
             out[e, k] = jacobian[e, 3] * s[3, k] + jacobian[e, 4] * s[4, k] + jacobian[e, 5] * s[5, k]
     for k in range(p):
         out[3 + equation[k], k] += terms[term[k]]
@@ -189,3 +191,19 @@ def sail(
     arrays = (np.ascontiguousarray(x, dtype=float) for x in (theta, first, current, force, later))
     _run(*arrays, step, equation, term, states, slopes)
     return states, slopes
+
+
+@njit(cache=True)
+def put_between(slopes, column, at, x, turning, gain, unit, more, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Put a state's sensitivities between steps, times gain and unit, in ``out``, ``more`` columns before the last six.
+
+    With ``turning``, unless it is empty, what it moves by those of ψ is added.
+    """
+    width = slopes.shape[2]
+    for i in range(len(at)):
+        here, y = at[i], 1.0 - x[i]
+        for k in range(width):
+            slope = y * slopes[here, column, k] + x[i] * slopes[here + 1, column, k]
+            if len(turning):
+                slope += turning[i] * (y * slopes[here, 2, k] + x[i] * slopes[here + 1, 2, k])
+            out[i, k if k < width - STATE else k + more] = gain * slope * unit[i]
