@@ -1,6 +1,7 @@
 """Clocks, manoeuvres and excitation: what the motion itself tells."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from preprocess.manoeuvres import find_manoeuvres, plateaus, reversals
 from preprocess.run_of_log import LoggedRun
 from preprocess.trials import make_trials
 
+DURATION = 150.0
 
-def trial_of(vessel, manoeuvre, delays=None, seed=1, duration=150.0):
-    delays = delays or {}
+
+@cache
+def trial_of(vessel, manoeuvre, **delays):
     rates = {"position": (5.0, 0.02), "heading": (10.0, 0.01), "yaw_rate": (20.0, 0.003)}
     sensors = {k: Imperfect(*v, delay=delays.get(k, 0.0)) for k, v in rates.items()}
-    made = sampled(truth_of(vessel, manoeuvre, duration, seed), seed, **sensors)
+    made = sampled(truth_of(vessel, manoeuvre, DURATION, 1), 1, **sensors)
     (trial,) = make_trials([LoggedRun("a.csv", made.log, "identify")], made.vessel, made.inputs, made.sensors)
     return trial
 
@@ -28,16 +31,15 @@ def offsets(trial):
 
 @pytest.mark.parametrize("delay", [-0.15, 0.1, 0.4])
 def test_yaw_rate_clock(delay):
-    trial = trial_of(
-        "usv", "zigzag", {"yaw_rate": delay} if delay > 0 else {"position": -delay, "heading": -delay}
-    )
+    late = {"yaw_rate": delay} if delay > 0 else {"position": -delay, "heading": -delay}
+    trial = trial_of("usv", "zigzag", **late)
     offset, _ = offsets(trial)["yaw_rate"]
     assert offset == pytest.approx(delay, abs=0.02)
     assert any("yaw_rate" in f and "stamps" in f for f in trial.findings)
 
 
 def test_position_clock():
-    trial = trial_of("catamaran", "random", {"position": 0.3})
+    trial = trial_of("catamaran", "random", position=0.3)
     assert offsets(trial)["position"][0] == pytest.approx(0.3, abs=0.08)
     assert any(f.startswith("The stamps of position") for f in trial.findings)
 
