@@ -16,7 +16,9 @@ from identify.fitted import FAR, NEAR
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from validate import loop
+from validate import nearer as nearer_by
 from validate.loop import tells
+from validate.rounds import ALL, GivenUp, Within
 
 BLOWN = (
     Effect("actuator_delay", {"delay": 6.0}, "rudder"),
@@ -96,12 +98,12 @@ def test_what_longer_windows_throw_far_off_stays_in_the_shorter_ones_and_its_rou
     ready = prepare(trials, ship.model)
     declared = fit_from_scratch(ready.structure, ready.identify, length=2.0 * SHORT)
     longer = SimpleNamespace(chi2_per_dof=chi2)
-    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, barred: turns.append("short") or fitted)
+    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, within: turns.append("short") or fitted)
     monkeypatch.setattr(
-        loop, "_lengthened", lambda _fitted, turns, _pace, _barred: turns.append("long") or longer
+        loop, "_lengthened", lambda _fitted, turns, _pace, _within: turns.append("long") or longer
     )
     turns = []
-    found = loop._gone_on_with(declared, turns, None, frozenset())
+    found = loop._gone_on_with(declared, turns, None, ALL)
     assert found is (longer if chi2 < FAR else declared)
     assert turns == (["short", "long"] if chi2 < FAR else ["short"])
 
@@ -135,7 +137,7 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     monkeypatch, chi2, off, astray, nearer
 ):
     first, asks = "offset", off and (chi2 > 2.0 or astray > 0.1)
-    monkeypatch.setattr(loop, "free_running_errors", lambda _: np.array([0.01, astray, 0.02]) ** 2)
+    monkeypatch.setattr(nearer_by, "free_running_errors", lambda _: np.array([0.01, astray, 0.02]) ** 2)
 
     def of(names, chi2, off):
         active = [SimpleNamespace(effect=SimpleNamespace(name=n), label=n) for n in names]
@@ -149,5 +151,19 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
     best = loop._begun_otherwise(None, None, found, lambda _: None)
-    assert asked == ([frozenset({first})] if asks else [])
+    assert asked == ([Within(frozenset({first}), 2.0 * chi2)] if asks else [])
     assert best is (other if asks and nearer else found)
+
+
+def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_found(monkeypatch):
+    def given_up(*_):
+        raise GivenUp
+
+    monkeypatch.setattr(loop, "_searched", given_up)
+    monkeypatch.setattr(loop, "worth_another", lambda _: True)
+    active = SimpleNamespace(effect=SimpleNamespace(name="offset"), label="offset")
+    turn = SimpleNamespace(taken=SimpleNamespace(screened=SimpleNamespace(active=active)))
+    found = SimpleNamespace(
+        turns=[turn], standing=[SimpleNamespace(active=active)] * 2, fitted=SimpleNamespace(chi2_per_dof=1.5)
+    )
+    assert loop._begun_otherwise(None, None, found, lambda _: None) is found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -15,7 +16,7 @@ from validate import rounds as module
 from validate.candidates import Screened
 from validate.judgement import _unlikely, plainest
 from validate.pace import Pace
-from validate.rounds import Turn, rounds
+from validate.rounds import GivenUp, Turn, Within, rounds
 
 
 def fit(chi2, name="fit", swell=None, actives=(), length=30.0, off=True):
@@ -68,6 +69,20 @@ def test_off_the_noise_every_effect_is_refitted_before_it_is_believed_that_none_
     begin = fit(chi2)
     assert rounds(begin, [], Pace()) is begin
     assert seen == looks
+
+
+@pytest.mark.parametrize("chi2", [2.9, 3.1])
+def test_what_has_nothing_left_to_take_farther_off_than_another_search_came_is_given_up(play, chi2):
+    seen = []
+
+    def turn(fitted, _pace, _barred, thorough=False, **_):
+        seen.append(thorough)
+        return Turn(fitted, (), (), None)
+
+    play(_turn=turn, astray=lambda _: False)
+    with pytest.raises(GivenUp) if chi2 > 3.0 else nullcontext():
+        rounds(fit(chi2), [], Pace(), within=Within(hopeless=3.0))
+    assert seen == ([False] if chi2 > 3.0 else [False, True])
 
 
 def test_what_a_thorough_look_finds_is_taken(play):

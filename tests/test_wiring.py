@@ -13,7 +13,8 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
 from identify.prepare import prepare
 from validate.candidates import wirings
-from validate.loop import Outcome, _clearly_nearer, _otherwise, _otherwise_wired, search
+from validate.loop import Outcome, _otherwise, _otherwise_wired, search
+from validate.nearer import clearly_nearer
 from validate.pace import Pace
 from validate.wiring import Wiring, better_wiring
 
@@ -40,13 +41,13 @@ def test_a_wiring_is_not_taken_where_the_declared_one_is_likelier(monkeypatch):
         (20.0, 4e9, False),
     ],
 )
-def test_a_wiring_goes_where_the_declared_one_is_clearly_nearer(length, chi2, goes):
+def test_a_wiring_goes_where_the_declared_one_isclearly_nearer(length, chi2, goes):
     """Far from the noise half a per cent says nothing, and the accelerations have spoken."""
 
     def fit(length, chi2):
         return SimpleNamespace(problem=SimpleNamespace(length=length), chi2_per_dof=chi2)
 
-    assert _clearly_nearer(fit(length, chi2), fit(10.0, 5446.0)) is goes
+    assert clearly_nearer(fit(length, chi2), fit(10.0, 5446.0)) is goes
 
 
 def _preferred(seed, *effects):

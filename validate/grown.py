@@ -10,7 +10,7 @@ from identify.prepare import Prepared
 from identify.structure import effects_alone
 from validate.loop import Outcome, searched_on
 from validate.pace import Pace
-from validate.rounds import NONE, Turn
+from validate.rounds import ALL, Turn
 from validate.swell import in_swell
 
 
@@ -30,7 +30,7 @@ def grown(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome | None:
     if fitted is None or fitted.is_off:
         return None
     turns = tuple(t for t in found.turns if _took_one_beside(t))
-    return searched_on(replace(found, fitted=fitted, turns=turns), NONE, pace)
+    return searched_on(replace(found, fitted=fitted, turns=turns), ALL, pace)
 
 
 def _took_one_beside(turn: Turn) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
-from identify.free_running import free_running_errors
 from identify.prepare import Prepared
 from identify.unlogged import bent
 from identify.windows import Problem, cut
@@ -19,25 +19,22 @@ from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
 from validate.look_alikes import Standing, standing
+from validate.nearer import HALF, came_there, clearly_nearer, worth_another
 from validate.pace import Pace
 from validate.pruning import pruned, searched
 from validate.refits import refined, under
-from validate.rounds import NONE, Names, Turn, rounds, settled
+from validate.rounds import ALL, GivenUp, Turn, Within, rounds, settled
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: A fit in longer windows than another that leaves so many times as much is no nearer for their length.
-ASTRAY = 100.0
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
-#: A wiring that the accelerations prefer goes where the declared one leaves less than this share of the errors.
-HALF = 0.5
+#: Another search is given up where it stays so many times as far from the noise as the first came.
+HOPELESS = 2.0
 #: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
-#: Free runs whose errors are a smaller share of the motion, noise and all, leave nothing that matters.
-MATERIAL = 0.1
 #: So many times a taken effect may be exchanged for a rival.
 EXCHANGES = 3
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
@@ -89,7 +86,7 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         return found
     pace("the inputs as they were declared")
     other = _searched(prepared, declared, None, pace)
-    return other if _clearly_nearer(other.fitted, found.fitted) else found
+    return other if clearly_nearer(other.fitted, found.fitted) else found
 
 
 @dataclass(frozen=True)
@@ -124,19 +121,8 @@ def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise |
         return found
     pace(f"taken: {otherwise.wiring.active.label}")
     other = _searched(prepared, None, otherwise.wiring, pace)
-    near = other.fitted.chi2_per_dof < FAR and _clearly_nearer(other.fitted, found.fitted)
+    near = other.fitted.chi2_per_dof < FAR and clearly_nearer(other.fitted, found.fitted)
     return other if near or not other.fitted.is_off else found
-
-
-def _clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
-    """Whether a fit stays finite in longer windows than another, or leaves less than a share as much in equal ones.
-
-    Finite is not enough where it leaves many times as much there: it runs away all the same.
-    """
-    if one.problem.length != other.problem.length:
-        near = one.chi2_per_dof < ASTRAY * other.chi2_per_dof
-        return one.problem.length > other.problem.length and near
-    return one.chi2_per_dof < share * other.chi2_per_dof
 
 
 def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace) -> Outcome:
@@ -146,61 +132,44 @@ def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    if len(kept) < 2 or not _worth_another(found.fitted) or taken[0].effect.name not in kept:
+    if len(kept) < 2 or not worth_another(found.fitted) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
-    other = _searched(prepared, declared, None, pace, frozenset({taken[0].effect.name}))
-    return other if _there(other.fitted, found.fitted) else found
-
-
-def _worth_another(found: Fitted) -> bool:
-    """Whether a fit is off the noise by what matters; farther off it another search would only take its time."""
-    if found.chi2_per_dof < NEAR and not leaves_much(found):
-        return False
-    return found.is_off and found.chi2_per_dof < FAR
-
-
-def leaves_much(fitted: Fitted) -> bool:
-    """Whether free runs of the logs leave what matters, noise and all."""
-    return bool(np.any(free_running_errors(fitted) > MATERIAL**2))
-
-
-def _there(one: Fitted, other: Fitted) -> bool:
-    """Whether a fit came to the noise where another did not, or is clearly nearer."""
-    if _clearly_nearer(one, other, CLEARLY):
-        return True
-    longer, nearer = one.problem.length >= other.problem.length, one.chi2_per_dof <= other.chi2_per_dof
-    return longer and nearer and other.is_off and not one.is_off
+    within = Within(frozenset({taken[0].effect.name}), HOPELESS * found.fitted.chi2_per_dof)
+    with suppress(GivenUp):
+        other = _searched(prepared, declared, None, pace, within)
+        return other if came_there(other.fitted, found.fitted) else found
+    return found
 
 
 def _searched(
-    prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace, barred: Names = NONE
+    prepared: Prepared, declared: Fitted | None, wiring: Wiring | None, pace: Pace, within: Within = ALL
 ) -> Outcome:
-    """The search with the inputs wired in one way, and without effects whose names are ``barred``."""
+    """The search with the inputs wired in one way, within what it keeps to."""
     structure = prepared.structure.with_effect(wiring.active) if wiring else prepared.structure
     turns: list[Turn] = []
     if declared is not None and not wiring and tells(declared):
-        fine = _gone_on_with(declared, turns, pace, barred)
+        fine = _gone_on_with(declared, turns, pace, within)
     else:
         pace("a first rough fit")
         length = window_length(structure.vessel.length) * ROUGH / LONG
         fine = fit_from_scratch(structure, prepared.identify, length=length)
-        fine = _lengthened(rounds(fine, turns, pace, FAR, barred), turns, pace, barred)
+        fine = _lengthened(rounds(fine, turns, pace, FAR, within), turns, pace, within)
     fine = pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = pruned(plain, pace), None
-    return _exchanged(fine, turns, wiring, pace, barred)
+    return _exchanged(fine, turns, wiring, pace, within)
 
 
-def searched_on(outcome: Outcome, barred: Names, pace: Pace) -> Outcome:
-    """The search gone on with without what was taken back, and is ``barred``: it may have stood for waves."""
+def searched_on(outcome: Outcome, within: Within, pace: Pace) -> Outcome:
+    """The search gone on with without what was taken back, and is barred: it may have stood for waves."""
     turns = list(outcome.turns)
-    fine = pruned(rounds(with_waves_known(outcome.fitted), turns, pace, barred=barred), pace)
-    found = _exchanged(fine, turns, outcome.wiring, pace, barred)
+    fine = pruned(rounds(with_waves_known(outcome.fitted), turns, pace, within=within), pace)
+    found = _exchanged(fine, turns, outcome.wiring, pace, within)
     return replace(found, refuted=outcome.refuted, unsure=outcome.unsure, slight=outcome.slight)
 
 
-def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, barred: Names) -> Outcome:
+def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:
     """What was found, with what the measurements clearly prefer in its place, and what could stand there as well."""
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
@@ -208,7 +177,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
-        fine = pruned(rounds(pruned(on_each_input(settled(rival)), pace), turns, pace, barred=barred), pace)
+        fine = pruned(rounds(pruned(on_each_input(settled(rival)), pace), turns, pace, within=within), pace)
         standing = all_standing(fine, wiring, pace)
     return Outcome(fine, tuple(turns), standing, wiring)
 
@@ -232,16 +201,16 @@ def tells(declared: Fitted) -> bool:
     return there.chi2_per_dof < FAR or bent(longer) > 1.0
 
 
-def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
+def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace, within: Within) -> Fitted:
     """Rounds from a fit near the noise, in longer windows too where it had run away, unless rounded inputs bend those.
 
     What is far from the noise there once more is left as it was in the shorter ones, and its rounds are none.
     """
-    near = rounds(declared, turns, pace, barred=barred)
+    near = rounds(declared, turns, pace, within=within)
     longest, count = window_length(near.solution.structure.vessel.length), len(turns)
     if near.problem.length >= longest or bent(_cut_as(near, longest)) > 1.0:
         return near
-    longer = _lengthened(near, turns, pace, barred)
+    longer = _lengthened(near, turns, pace, within)
     if longer.chi2_per_dof < FAR:
         return longer
     del turns[count:]
@@ -253,7 +222,7 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
     return cut(fitted.problem.stretches, length).weighted_as(fitted.problem)
 
 
-def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) -> Fitted:
+def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, within: Within) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round.
 
     Waves show in long ones, and a fit that knows of them has the longest already. Where nothing is left to take and the
@@ -261,13 +230,13 @@ def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, barred: Names) ->
     """
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
     if length >= longest:
-        return rounds(fitted, turns, pace, barred=barred)
+        return rounds(fitted, turns, pace, within=within)
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         stuck = fitted.is_far and bool(turns) and turns[-1].taken is None
         length = min(2.0 * length, longest)
         fitted = with_waves_known(at_likeliest_speed(refined(fitted, length)))
         if length == longest or not stuck or fitted.chi2_per_dof >= HOPELESSLY_FAR:
-            fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, barred)
+            fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, within)
     return fitted
 
 
@@ -283,7 +252,7 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
         here, there = (under(bare, f, 20).solution.total for f in (declared, other))
         return wiring if there < here + INDISTINCT else None
     if declared.chi2_per_dof > FAR:  # where nothing fits, the accelerations have spoken
-        return None if _clearly_nearer(declared, other) else wiring
+        return None if clearly_nearer(declared, other) else wiring
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from identify.base_fit import fit_from_scratch
 from identify.fitted import FAR, NEAR, SLOWLY, Fitted
 from identify.noise import recalibrated
@@ -48,14 +50,37 @@ class Turn:
     taken: Judged | None
 
 
+@dataclass(frozen=True)
+class Within:
+    """What a search keeps to.
+
+    Effects whose names are ``barred`` are not looked at. Where nothing is left to take and the cost per degree of
+    freedom is above ``hopeless``, it is given up.
+    """
+
+    barred: Names = NONE
+    hopeless: float = np.inf
+
+
+#: A search that looks at everything, and to the end.
+ALL = Within()
+
+
+class GivenUp(Exception):
+    """A search that stays farther off than another came."""
+
+
 def rounds(
-    fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0, barred: Names = NONE
+    fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0, within: Within = ALL
 ) -> Fitted:
     """Take one effect after the other, until none is left to take or the cost per degree of freedom is low enough.
 
-    Effects whose names are ``barred`` are not looked at.
+    Raises
+    ------
+    GivenUp
+        Where nothing is left to take ``within`` what the search keeps to, and it is hopeless.
     """
-    again, repeats, waves = 0, False, None
+    again, repeats, waves, barred = 0, False, None, within.barred
     while fitted.chi2_per_dof > enough:
         if fitted.problem.swell not in (None, waves):
             waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
@@ -64,6 +89,8 @@ def rounds(
                 fitted = instead[1]
                 continue
         turn = _turn(fitted, pace, barred, again=repeats)
+        if turn.taken is None and fitted.chi2_per_dof > within.hopeless:
+            raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
             turn = _turn(turn.base, pace, barred, thorough=True)
         swaying = _in_waves(fitted, turn)

@@ -27,12 +27,13 @@ from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.log_groups import free_in_logs
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing, leaves_much, searched_on
+from validate.loop import Outcome, all_standing, searched_on
+from validate.nearer import leaves_much
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
 from validate.rounding import done_by_rounding
-from validate.rounds import NONE, Names
+from validate.rounds import NONE, Names, Within
 from validate.slight_clocks import slight_clocks, with_slight_clocks_known
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -62,7 +63,7 @@ def surely(outcome: Outcome) -> Outcome:
         if sure is outcome or not leaves_much(sure.fitted):
             return sure
         taken_back |= _names(outcome.fitted) - _names(sure.fitted)
-        outcome = searched_on(sure, taken_back, pace)
+        outcome = searched_on(sure, Within(taken_back), pace)
         sure = _without_unsure(outcome, pace)
     return sure
 
