@@ -38,6 +38,8 @@ from validate.waves import (
 )
 
 DURATION = 60.0
+WAVES = {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06}
+HIGH = {"frequency": 1.5, "u": 0.2, "v": 0.3, "r": 0.12}
 WANDERING = replace(Suite(), position=Sensor(5.0, 0.02, 0.004, wander=0.3, wander_time=5.0))
 
 
@@ -52,6 +54,17 @@ def fitted(
 @cache
 def clean() -> Fitted:
     return fitted("usv")
+
+
+@cache
+def in_waves(seed=3, **waves) -> Fitted:
+    """A fit that knows nothing of the waves that were there."""
+    return fitted("usv", (Effect("waves", waves),), seed)
+
+
+@cache
+def waves_known() -> Fitted:
+    return with_waves_known(in_waves(**WAVES))
 
 
 def realised(effect, seed, logs=3):
@@ -128,8 +141,7 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
 
 
 def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it():
-    effect = Effect("waves", {"frequency": 1.5, "u": 0.2, "v": 0.3, "r": 0.12})
-    fit = fitted("usv", [effect], 8)
+    fit = in_waves(8, **HIGH)
     structure, p = fit.solution.structure, fit.solution.p
     sharp = tuple(s.weighted(0.05 * s.samples.sigma, 0.05) for s in fit.problem.stretches)
     problem = replace(fit.problem, stretches=sharp)
@@ -156,15 +168,14 @@ def test_what_is_louder_the_more_the_vessel_does_is_no_sea():
 
 
 def test_nothing_is_made_of_a_band_where_a_model_misses_more_than_the_motion():
-    fit = fitted("usv", [Effect("waves", {"frequency": 1.5, "u": 0.2, "v": 0.3, "r": 0.12})], 8)
+    fit = in_waves(8, **HIGH)
     p = np.where([s.coefficient >= 0 for s in fit.solution.structure.slots], -fit.solution.p, fit.solution.p)
     assert find_waves(replace(fit, solution=replace(fit.solution, p=0.2 * p))) is None
 
 
 def test_a_band_pushes_at_higher_frequencies_than_it_shows_and_logs_count_whole():
     """A vessel answers slow pushes more; windows of one log have one sea: logs tell how well it is known."""
-    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
-    fit = fitted("usv", (waves,))
+    fit = in_waves(**WAVES)
     found, spectra = find_waves(fit), spectra_of(fit)
     assert 1.0 < found.seen.frequency / found.frequency < 1.05
     assert set(spectra.log) == {0, 1, 2}
@@ -198,7 +209,7 @@ def test_one_window_cannot_show_waves():
 @pytest.mark.slow
 def test_waves_that_are_known_leave_a_lag_to_be_seen():
     lag = Effect("actuator_lag", {"time_constant": 0.6}, "rudder")
-    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
+    waves = Effect("waves", WAVES)
     before = fitted("usv", (waves, lag))
     after = with_waves_known(before)
     known = after.problem.stretches[0].swell
@@ -242,8 +253,7 @@ def test_a_fit_without_waves_stays_as_it_was():
 
 
 def test_waves_that_nobody_is_told_of_are_taken_out_of_a_fit():
-    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
-    known = with_waves_known(fitted("usv", (waves,)))
+    known = waves_known()
     assert known.problem.swell is not None
     bare = without_waves(known)
     assert bare.problem.swell is None
@@ -253,8 +263,7 @@ def test_waves_that_nobody_is_told_of_are_taken_out_of_a_fit():
 
 
 def test_waves_that_are_known_are_not_needed_where_a_fit_is_at_the_noise_without():
-    waves = Effect("waves", {"frequency": 1.6, "u": 0.12, "v": 0.15, "r": 0.06})
-    swell = with_waves_known(fitted("usv", (waves,))).problem.swell
+    swell = waves_known().problem.swell
     plain = clean()
     stretches = tuple(replace(s, swell=swell) for s in plain.problem.stretches)
     known = under(replace(plain.problem, stretches=stretches), plain)
@@ -263,10 +272,10 @@ def test_waves_that_are_known_are_not_needed_where_a_fit_is_at_the_noise_without
 
 
 def test_no_waves_are_higher_than_waves_break():
-    effect = Effect("waves", {"frequency": 2.0, "u": 0.2, "v": 0.4, "r": 0.1})
-    seen = find_waves(fitted("usv", (effect,), seed=3))
+    fit = in_waves(frequency=2.0, u=0.2, v=0.4, r=0.1)
+    seen = find_waves(fit)
     assert seen is not None
-    spectra = spectra_of(fitted("usv", (effect,), seed=3))
+    spectra = spectra_of(fit)
     place = int(np.argmin(np.abs(spectra.omega - seen.frequency)))
     around = around_of(spectra, np.mean(np.abs(spectra.rate[:, :, 1]) ** 2, axis=0))
     for height, believed in ((1.0, True), (30.0, False)):
