@@ -102,7 +102,7 @@ def test_a_dead_band_is_taken_to_the_size_that_the_measurements_want():
 def test_a_dead_band_far_from_its_size_is_begun_between_any_two_sizes_of_the_input():
     """At the wrong size the hull bends to make up for it, and no step from there leads back."""
     band = Effect("actuator_deadband", {"width": 0.13}, "rudder", {"form": "neutral"})
-    ship, trials = trials_of("usv", ("spiral", "zigzag10", "random"), 60.0, 5, (band,), validate=0)
+    ship, trials = trials_of("usv", ("spiral", "zigzag10", "random"), 36.0, 5, (band,), validate=0)
     prepared, structure, p, k = with_dead_band(ship, trials, 0.3)
     astray = fit_from_scratch(structure, prepared.identify, p, length=10.0)
     assert astray.is_off
@@ -169,7 +169,7 @@ def test_an_effect_that_asks_for_no_size_is_left_as_it_is():
 def test_an_antenna_is_looked_for_ahead_and_astern():
     """Linear terms follow a sway of any place aboard; between the valleys of what is not linear there is a ridge."""
     moved = Effect("antenna_offset", {"x": 3.0, "y": 0.6})
-    ship, trials = trials_of("patrol", ("zigzag", "random", "circle"), 60.0, 5, (moved,), validate=0)
+    ship, trials = trials_of("patrol", ("zigzag", "random", "circle"), 36.0, 5, (moved,), validate=0)
     prepared = prepare(trials, ship.model)
     [antenna] = [a for a in candidates(prepared.structure) if a.label == "antenna_offset"]
     structure = prepared.structure.with_effect(antenna)

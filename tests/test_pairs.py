@@ -23,7 +23,7 @@ def test_a_strong_current_and_an_offset_of_the_rudder_where_neither_alone_is_eno
         Effect("current", {"speed": 0.7, "direction": 3.2}),
         Effect("actuator_offset", {"offset": 0.12}, "rudder"),
     )
-    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 75.0, 6, effects)
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 45.0, 6, effects)
     prepared = prepare(trials, "modulus")
     turn = _turn(fit_from_scratch(prepared.structure, prepared.identify, length=10.0), Pace())
     both = _in_pairs(replace(turn, taken=None), Pace())

@@ -14,7 +14,7 @@ from validate.loop import search
 def test_a_compass_that_is_off_is_found_beside_the_rudders_flow():
     """A patrol boat's rudder forces do not ask for the speed; the declared model's grow with its square."""
     bias = Effect("heading_bias", {"bias": -0.07})
-    _, trials = trials_of("patrol", ("zigzag", "random"), 60.0, 5, (bias,), validate=0)
+    _, trials = trials_of("patrol", ("zigzag", "random"), 36.0, 5, (bias,), validate=0)
     prepared = prepare(trials, "cybership2")
     outcome = search(prepared)
     fitted = outcome.fitted
