@@ -9,6 +9,7 @@ from identification_samples import PROPELLER, RUDDER
 from test_simulate import fit_of
 from typer.testing import CliRunner
 
+from identify.simulate import simulate
 from ingest.errors import DataError, UsageError
 from seatrial.cli.app import make_app
 from validate.report.model_file import write_model
@@ -37,6 +38,21 @@ def test_one_that_runs_away_does_not_discard_the_others(tmp_path):
     assert done.exit_code == 0, done.output
     assert "zigzag 10/10, starboard first" in [m["manoeuvre"] for m in json.loads(done.stdout)]
     assert "Left out: turning circle 35° to starboard: the model runs away" in done.stderr
+
+
+@pytest.mark.parametrize("gain", [0.9, 300.0])
+def test_a_run_as_fast_as_no_vessel_is_has_run_away_though_it_stays_finite(gain):
+    """In a turn its thrust grows with the square of what it turns by."""
+    coefficients = {
+        ("u", "|u|u"): -0.1, ("u", "r²"): gain, ("u", "|n|n"): 1e-3, ("v", "v"): -1.0,
+        ("r", "r"): -0.5, ("r", "δ"): 0.4,
+    }  # fmt: skip
+    fit = fit_of(coefficients, "blanke", (RUDDER, PROPELLER), typical_inputs={"n": 10.0})
+    if gain < 1.0:
+        assert simulate(fit, "circle 35")["steady_speed"].value < 3.0
+    else:
+        with pytest.raises(DataError, match="runs away"):
+            simulate(fit, "circle 35")
 
 
 def test_one_that_was_asked_for_is_an_error_after_the_others_are_shown(tmp_path):

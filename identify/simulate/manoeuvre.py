@@ -15,7 +15,7 @@ from identify.simulate.helm import assumed, driven, helm_for, require_steering, 
 from identify.simulate.intervals import Draws, measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
-from identify.simulate.plant import Plant, Track, balanced_speed, sail, throttle_for
+from identify.simulate.plant import GRAVITY, Plant, Track, balanced_speed, sail, throttle_for
 from identify.simulate.rebuild import Rebuilt, rebuild
 from identify.simulate.spiral import measure_spiral, run_spiral, short_of_spiral
 from identify.simulate.stopping import measure_stopping, run_stopping, short_of_stop
@@ -27,7 +27,6 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Froude number of the approach where nothing says how fast.
 FROUDE = 0.2
-GRAVITY = 9.81
 #: Effects of place and day, and of what was logged: not part of a standard manoeuvre.
 _LOGGING = ("sensor", "clock")
 _WEATHER = ("current", "wind")

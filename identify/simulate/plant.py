@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,12 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: A change of helm or throttle: time s, helm rad (positive to starboard), throttle (1 ahead, -1 astern).
 Command = tuple[float, float, float]
+
+#: A run has run away that is more than so many times as fast as its approach, and faster than Froude number 1: a
+#: polynomial may stay finite, and sail at the speed of a train.
+FASTEST = 3.0
+#: Of the earth, m/s².
+GRAVITY = 9.81
 
 _NO_SAMPLES = Samples(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
 
@@ -78,7 +85,10 @@ class Track:
 
 
 def sail(plant: Plant, commands: Sequence[Command], duration: float) -> Track:
-    """Run from a straight course at the approach speed; the first order is given after one step."""
+    """Run from a straight course at the approach speed; the first order is given after one step.
+
+    NaN from where it has run away.
+    """
     steps = max(4, int(np.ceil(duration / plant.h)) + 1)
     stretch = _stretch(plant, commands, steps)
     structure = plant.rebuilt.structure
@@ -86,12 +96,20 @@ def sail(plant: Plant, commands: Sequence[Command], duration: float) -> Track:
     first = np.zeros(8)
     first[3] = plant.speed
     states = run(structure, d, stretch, first)[:, :6]
-    states = _over_ground(states, d)
+    states = _over_ground(_no_faster(plant, states), d)
     t = stretch.grid
     ordered = {
         n: m.value[np.searchsorted(m.t, t + 1e-9, side="right") - 1] for n, m in stretch.inputs.items()
     }
     return Track(t[1:], states[1:] - _origin(states[1]), {n: v[1:] for n, v in ordered.items()})
+
+
+def _no_faster(plant: Plant, states: FloatArray) -> FloatArray:
+    """States (n, 6) through the water, NaN from where they are faster than any vessel of this length is."""
+    most = max(FASTEST * plant.speed, math.sqrt(GRAVITY * plant.rebuilt.structure.vessel.length))
+    out = states.copy()
+    out[np.logical_or.accumulate(np.hypot(*states[:, 3:5].T) > most)] = np.nan
+    return out
 
 
 def _origin(state: FloatArray) -> FloatArray:
