@@ -77,12 +77,8 @@ def _project(batches, first, used, work):
     """Add the rows of a batch to their sums along the vectors, whose numbers there begin at ``first``."""
     width, batch = work.batch.shape[1], work.batch
     for o in range(0, width, 8):
-        a, b, c, d = (
-            load(batch, o),
-            load(batch, width + o),
-            load(batch, 2 * width + o),
-            load(batch, 3 * width + o),
-        )
+        a, b = load(batch, o), load(batch, width + o)
+        c, d = load(batch, 2 * width + o), load(batch, 3 * width + o)
         e, f = load(batch, 4 * width + o), load(batch, 5 * width + o)
         g, h = load(batch, 6 * width + o), load(batch, 7 * width + o)
         for k in range(used):
@@ -190,10 +186,14 @@ def _carry(m, known, work):
 def _take(batch, moment, last):
     """Add the products of the rows of a batch to the upper triangle of the moments."""
     width = batch.shape[1]
-    for a in range(last + 1):
-        for o in range(a - a % 8, width, 8):
-            one = batch[0, a] * load(batch, o) + batch[1, a] * load(batch, width + o)
-            two = batch[2, a] * load(batch, 2 * width + o) + batch[3, a] * load(batch, 3 * width + o)
-            one = one + batch[4, a] * load(batch, 4 * width + o) + batch[5, a] * load(batch, 5 * width + o)
-            two = two + batch[6, a] * load(batch, 6 * width + o) + batch[7, a] * load(batch, 7 * width + o)
-            store(moment, a * width + o, load(moment, a * width + o) + (one + two))
+    for o in range(0, width, 8):
+        a, b = load(batch, o), load(batch, width + o)
+        c, d = load(batch, 2 * width + o), load(batch, 3 * width + o)
+        e, f = load(batch, 4 * width + o), load(batch, 5 * width + o)
+        g, h = load(batch, 6 * width + o), load(batch, 7 * width + o)
+        for k in range(min(o + 8, last + 1)):
+            one = a * take(batch, k) + b * take(batch, width + k)
+            two = c * take(batch, 2 * width + k) + d * take(batch, 3 * width + k)
+            one = one + e * take(batch, 4 * width + k) + f * take(batch, 5 * width + k)
+            two = two + g * take(batch, 6 * width + k) + h * take(batch, 7 * width + k)
+            store(moment, k * width + o, load(moment, k * width + o) + (one + two))
