@@ -202,6 +202,21 @@ def test_what_is_told_of_the_odd_log_is_no_look_alike_of_itself():
     assert told.standing[0].look_alikes == ("thrust_fade",)
 
 
+@pytest.mark.parametrize("form", ["", ", whole"])
+def test_the_same_said_of_all_other_logs_is_no_look_alike_of_a_load(form):
+    """Lighter in the others by as much: a person who looks for the cause has one, not two that cannot be told apart."""
+    effect = Effect("mass_change", {"ratio": 1.5}, options={"logs": (2,)})
+    _, trials = trials_of("usv", MANOEUVRES, 60.0, 4, (effect,), validate=0)
+    outcome = fitted_with(prepare(trials, "modulus"), 2)
+    logs = outcome.fitted.solution.structure.setting.logs
+    others = f"mass_change ({logs[0]} and {logs[1]} and {logs[3]}{form})"
+    some = f"mass_change ({logs[0]} and {logs[3]})"
+    alike = replace(outcome.standing[0], look_alikes=(others, some, "thrust_fade"))
+    told = told_of_the_odd_logs(replace(outcome, standing=(alike,)))
+    assert told.fitted is outcome.fitted
+    assert told.standing[0].look_alikes == (some, "thrust_fade")
+
+
 @pytest.mark.parametrize(
     ("depths", "free"), [((None,) * 4, True), ((20.0,) * 4, True), ((20.0, 20.0, 3.0, None), False)]
 )
