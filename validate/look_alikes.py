@@ -22,12 +22,12 @@ from validate.candidates import (
     extended,
     from_starts,
     normal,
-    plainly_read,
     prior_of,
     smooth,
 )
 from validate.judgement import INDISTINCT, significance
 from validate.refits import step_tolerance, under
+from validate.same_cause import acting, more_of, of_all_others
 from validate.scan import between_log_and_hull
 from validate.score_scatter import scatter
 
@@ -147,7 +147,7 @@ def standing(fitted: Fitted, index: int) -> Standing:
     rivals = [
         a
         for a in candidates(structure.without(index))
-        if _acting(a, among) != _acting(active, among) and not _more_of(active, a)
+        if acting(a, among) != acting(active, among) and not more_of(active, a)
     ]
     close = _overlapping(fitted, index, rivals, gain)
     tried = side_by_side(
@@ -156,22 +156,9 @@ def standing(fitted: Fitted, index: int) -> Standing:
     near = [(a, fit) for a, fit in zip(close, tried, strict=True) if fit is not None]
     k, by_chance = len(departure(fitted, index)[0]), scatter(fitted, index)
     p_value = significance(gain, k, len(rivals) + 1, by_chance)
-    names = tuple(dict.fromkeys(_named(a.active, active) for a, _ in near))
+    others = [a.active for a, _ in near if not of_all_others(active, a.active, among)]
+    names = tuple(dict.fromkeys(_named(other, active) for other in others))
     return Standing(active, gain, p_value, names, tuple(fit for _, fit in near))
-
-
-def _more_of(active: Active, rival: Active) -> bool:
-    """Whether a rival is the same effect on this input and others besides: more of the same is no other cause."""
-    mine, theirs = active.variant.inputs, rival.variant.inputs
-    return rival.effect is active.effect and len(theirs) > len(mine) and set(theirs) > set(mine)
-
-
-def _acting(active: Active, among: set[str]) -> tuple[str, tuple[str, ...], dict[str, object]]:
-    """What an effect is ``among`` some logs: in which others it acts, these cannot tell; its forms are one cause."""
-    options = dict(plainly_read(active).variant.options)
-    if isinstance(logs := options.get("logs"), tuple):
-        options["logs"] = tuple(n for n in logs if n in among)
-    return active.effect.name, active.variant.inputs, options
 
 
 def _overlapping(fitted: Fitted, index: int, rivals: list[Active], gain: float) -> list[Screened]:

@@ -6,14 +6,12 @@ taken aboard is what one looks for, unless the others are far fewer.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from identify.effect import Active
 from identify.effects.sensors import MASS_CHANGE, loading_of
 from identify.fitted import Fitted
 from identify.noise import dispersed_cost
-from validate.candidates import plainly_read, readings
 from validate.judgement import INDISTINCT
 from validate.log_groups import free_in_logs, in_logs
 from validate.look_alikes import Standing
@@ -30,33 +28,24 @@ def told_of_the_odd_logs(outcome: Outcome) -> Outcome:
     for index, active in enumerate(fitted.solution.structure.actives):
         if active.effect is MASS_CHANGE and free_in_logs(active, fitted.solution.structure):
             fitted = _told(fitted, index)
+    if fitted is outcome.fitted:
+        return outcome
     before, after = (f.solution.structure.actives for f in (outcome.fitted, fitted))
     new = {b.label: a for b, a in zip(before, after, strict=True)}
     known = {s.name for s in fitted.problem.stretches}
-    logs = fitted.solution.structure.setting.logs
-    standing = tuple(_named(s, new.get(s.active.label, s.active), known, logs) for s in outcome.standing)
-    same = fitted is outcome.fitted and standing == outcome.standing
-    return outcome if same else replace(outcome, fitted=fitted, standing=standing)
+    standing = tuple(_renamed(s, new.get(s.active.label, s.active), known) for s in outcome.standing)
+    return replace(outcome, fitted=fitted, standing=standing)
 
 
-def _named(standing: Standing, active: Active, known: set[str], logs: Sequence[str]) -> Standing:
-    """What stands under its name, which is none of its own look-alikes: nor is the same said of the other logs."""
-    if active.effect is not MASS_CHANGE or not _option(active):
+def _renamed(standing: Standing, active: Active, known: set[str]) -> Standing:
+    """What stands under its new name, which is none of its own look-alikes: in the logs of the fit they are one."""
+    if active is standing.active:
         return standing
-    named = set(_option(active))
-    own = {
-        _in(reading, [n for n in logs if n in some]).label
-        for reading in readings(plainly_read(active))
-        for some in (named, named & known, known - named, set(logs) - named)
-    }
+    seen = tuple(n for n in _option(active) if n in known)
+    variant = replace(active.variant, options={**active.variant.options, "logs": seen})
+    own = {active.label, replace(active, variant=variant).label}
     others = tuple(a for a in standing.look_alikes if a not in own)
     return replace(standing, active=active, look_alikes=others)
-
-
-def _in(active: Active, logs: Sequence[str]) -> Active:
-    return replace(
-        active, variant=replace(active.variant, options={**active.variant.options, "logs": tuple(logs)})
-    )
 
 
 def _told(fitted: Fitted, index: int) -> Fitted:
