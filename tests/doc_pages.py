@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
+
+import pytest
 
 from fixtures.make_campaign import main as make_campaign
+from seatrial.__main__ import main
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -27,6 +34,8 @@ NOT_RUN = (
 )
 #: Commands that need nothing of the page's folder, and with which several pages begin.
 SHARED = ("seatrial demo",)
+#: Commands that start processes of their own, or end with one.
+OF_ITS_OWN = ("seatrial replay ",)
 #: Measured logs that a page finds in ``trials``, where a folder beside the clone has them.
 MEASURED = {
     "tutorial-measured": [
@@ -131,15 +140,32 @@ def run_command(command: str, folder: Path) -> str:
     return done.stdout
 
 
+def run_here(command: str, folder: Path) -> str:
+    """Output of a command of the program's own, done in this process: many take no longer than one takes to start."""
+    said, wrong = io.StringIO(), io.StringIO()
+    words = shlex.split(command)[1:]
+    with (
+        contextlib.chdir(folder),
+        patch.dict(os.environ, COLUMNS="200"),
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(wrong),
+        pytest.raises(SystemExit) as end,
+    ):
+        main(words)
+    assert not end.value.code, f"{command}: {end.value.code}\n{said.getvalue()}\n{wrong.getvalue()}"
+    return said.getvalue()
+
+
 def run_page(page: Path, folder: Path, shared: Callable[[str], tuple[str, Path]]) -> None:
-    """Do what the page says, from top to bottom.
+    """Do what the page says, from top to bottom: what the README says as a shell does it.
 
     ``shared`` does a command of ``SHARED`` once for all pages: what it said, and the folder with what it made.
     """
 
     def run(command: str) -> str:
         if command not in SHARED:
-            return run_command(command, folder)
+            here = page != README and command.startswith("seatrial ") and not command.startswith(OF_ITS_OWN)
+            return (run_here if here else run_command)(command, folder)
         said, made = shared(command)
         shutil.copytree(made, folder, dirs_exist_ok=True)
         return said
