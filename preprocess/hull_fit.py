@@ -186,11 +186,8 @@ def _shown(
         value, full[:, shared + TURNED] = value + guess.mounting[2], unit
     if s.name == "yaw_rate":
         gain = 1.0 + float(guess.gyro[0])
-        full[:, shared + SCALE], full[:, shared + BIAS], full[:, shared + SHIFT] = (
-            value * unit,
-            unit,
-            -rate * unit,
-        )
+        full[:, shared + SCALE], full[:, shared + BIAS] = value * unit, unit
+        full[:, shared + SHIFT] = -rate * unit
         value = gain * value + guess.gyro[1]
     put_between(slopes, column, at, x, turning, gain, unit, MORE, full)
     return (s.value[:, component] - value) * unit, full
