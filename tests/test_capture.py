@@ -225,8 +225,8 @@ def test_a_device_that_never_speaks_is_status_one(device, tmp_path):
 def test_played_back_it_is_captured_again(tmp_path):
     out, link = tmp_path / "a.mcap", tmp_path / "port"
     file = RecordingFile(out)
-    pieces = [nmea_record(i) for i in range(40)]
-    file.append([Message(RAW, SECOND * 1_700_000_000 + i * SECOND // 40, 0, p) for i, p in enumerate(pieces)])
+    pieces = [nmea_record(i) for i in range(30)]  # no more than the line holds: a late reader has them all
+    file.append([Message(RAW, SECOND * 1_700_000_000 + i * SECOND // 30, 0, p) for i, p in enumerate(pieces)])
     file.finish()
     player = subprocess.Popen([SCRIPT, "replay", out, "--port", link], stdout=subprocess.PIPE, text=True)
     while not link.is_symlink():

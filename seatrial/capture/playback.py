@@ -24,7 +24,7 @@ from ingest.ros.records import Contents, batches
 from seatrial.capture.recovery import mapped
 
 #: How long what was sent may wait in the terminal for its reader at the end, s.
-LINGER_S = 2.0
+LINGER_S = 10.0
 #: How often in a row the terminal must be found empty: bytes are on their way into it for a moment.
 SURE = 5
 
