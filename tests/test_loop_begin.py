@@ -108,6 +108,22 @@ def test_what_longer_windows_throw_far_off_stays_in_the_shorter_ones_and_its_rou
     assert turns == (["short", "long"] if chi2 < FAR else ["short"])
 
 
+def test_what_is_given_up_in_longer_windows_stays_in_the_shorter_ones(monkeypatch):
+    ship, trials = trials_of("tug", ("random", "zigzag", "circle"), 90.0, 5)
+    ready = prepare(trials, ship.model)
+    declared = fit_from_scratch(ready.structure, ready.identify, length=2.0 * SHORT)
+
+    def given_up(_fitted, turns, _pace, _within):
+        turns.append("long")
+        raise GivenUp
+
+    monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, within: turns.append("short") or fitted)
+    monkeypatch.setattr(loop, "_lengthened", given_up)
+    turns = []
+    assert loop._gone_on_with(declared, turns, None, Within(hopeless=1.0)) is declared
+    assert turns == ["short"]
+
+
 @pytest.mark.parametrize(("chi2", "right"), [((1.1, 0.0), 0), ((12.0, 1.0), 1), ((12.0, 30.0), 0)])
 def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_declared_one(
     monkeypatch, chi2, right

@@ -210,9 +210,10 @@ def _gone_on_with(declared: Fitted, turns: list[Turn], pace: Pace, within: Withi
     longest, count = window_length(near.solution.structure.vessel.length), len(turns)
     if near.problem.length >= longest or bent(_cut_as(near, longest)) > 1.0:
         return near
-    longer = _lengthened(near, turns, pace, within)
-    if longer.chi2_per_dof < FAR:
-        return longer
+    with suppress(GivenUp):
+        longer = _lengthened(near, turns, pace, within)
+        if longer.chi2_per_dof < FAR:
+            return longer
     del turns[count:]
     return near
 
