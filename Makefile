@@ -5,6 +5,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 BIN := .venv/bin
 PACKAGES := ingest preprocess identify validate seatrial fixtures benchmarks
 INSTALLED := .venv/.installed
+QUIETLY := --quiet --disable-pip-version-check --no-compile
 WORKERS ?= 2
 # More than there are processors: those that wait for a device leave theirs to others.
 TEST_WORKERS ?= 3
@@ -16,9 +17,12 @@ install: $(INSTALLED)
 $(INSTALLED): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: make PYTHON=/path/to/python3"; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
+	@# uv takes a fifth of the time that pip takes, which does it where uv cannot be had or does not reach the packages
+	$(BIN)/python -m pip install $(QUIETLY) 'uv>=0.9,<1' && \
+		$(BIN)/uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.[dev]' || \
+		$(BIN)/python -m pip install $(QUIETLY) -c constraints.txt -e '.[dev]'
 	@# on all cores (pip would on one), less what is hardly ever imported
-	@$(BIN)/python -m compileall -q -j 0 -x '/tests/|/pymavlink/dialects/' .venv/lib $(PACKAGES) >/dev/null 2>&1 || true
+	@$(BIN)/python -m compileall -q -j 0 -x '/(tests|dialects|generator|mypy|mypyc|fontTools|jedi|pip|setuptools|pkg_resources)/' .venv/lib $(PACKAGES) >/dev/null 2>&1 || true
 	@touch $@
 
 demo: $(INSTALLED)  ## run the campaign that comes with the program

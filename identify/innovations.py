@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from scipy.linalg import block_diag
 
-from identify.simd import COMPILED
+from identify.simd import COMPILED, WIDTH, load, splat, store
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -109,10 +109,12 @@ def new_in(known: Filter, samples: slice, columns: FloatArray) -> FloatArray:
     """Columns (m, 2, k) of a window's samples, in units of their white part, made white."""
     if not known.states:
         return columns
-    out = np.array(columns, dtype=float, order="C")
+    size = columns.shape[2]
+    out = np.zeros((*columns.shape[:2], size + -size % WIDTH))
+    out[:, :, :size] = columns
     states, after = np.zeros((2, known.states, out.shape[2]))
     _take_off(known, samples.start, states, after, out)
-    return out
+    return np.ascontiguousarray(out[:, :, :size])
 
 
 @njit(**COMPILED)
@@ -162,17 +164,23 @@ def _update(seen, m, axis, p, shown, found):
     size, total = p.shape[0], 0.0
     for i in range(size):
         shown[i] = 0.0
-        for j in range(size):
-            shown[i] += p[i, j] * seen[m, axis, j]
+    for j in range(size):
+        if seen[m, axis, j] != 0.0:
+            for i in range(size):
+                shown[i] += p[j, i] * seen[m, axis, j]
+    for i in range(size):
         total += seen[m, axis, i] * shown[i]
     if not total > 0.0:
         return
     total += found.sigma[m] * found.sigma[m]
-    found.root[m, axis] = found.sigma[m] / np.sqrt(total)
+    spread = np.sqrt(total)
+    found.root[m, axis] = found.sigma[m] / spread
     for i in range(size):
         found.gain[m, axis, i] = shown[i] / total
+        shown[i] /= spread
+    for i in range(size):
         for j in range(size):
-            p[i, j] -= shown[i] * shown[j] / total
+            p[i, j] -= shown[i] * shown[j]
 
 
 @njit(**COMPILED)
@@ -183,20 +191,21 @@ def _take_off(known, first, states, after, columns):
         m = first + q
         if not known.used[m]:
             continue
-        for d in range(size):
-            for c in range(width):
-                after[d, c] = 0.0
+        for c in range(0, size * width, WIDTH):
+            store(after, c, splat(0.0))
         for k in range(places.shape[0]):
-            for c in range(width):
-                after[places[k, 0], c] += known.carried[m, k] * states[places[k, 1], c]
-        for d in range(size):
-            for c in range(width):
-                states[d, c] = after[d, c]
+            to, of, by = places[k, 0] * width, places[k, 1] * width, known.carried[m, k]
+            for c in range(0, width, WIDTH):
+                store(after, to + c, load(after, to + c) + load(states, of + c) * by)
         for axis in range(2):
-            for c in range(width):
-                new = columns[q, axis, c] * known.sigma[m]
+            for c in range(0, width, WIDTH):
+                at = (q * 2 + axis) * width + c
+                new = load(columns, at) * known.sigma[m]
                 for d in range(size):
-                    new -= known.seen[m, axis, d] * states[d, c]
+                    if known.seen[m, axis, d] != 0.0:
+                        new = new - load(after, d * width + c) * known.seen[m, axis, d]
                 for d in range(size):
-                    states[d, c] += known.gain[m, axis, d] * new
-                columns[q, axis, c] = new / known.sigma[m] * known.root[m, axis]
+                    state = load(after, d * width + c) + new * known.gain[m, axis, d]
+                    store(after, d * width + c, state)
+                store(columns, at, new * (known.root[m, axis] / known.sigma[m]))
+        states, after = after, states

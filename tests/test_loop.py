@@ -23,7 +23,7 @@ def diagnose(folder, vessel, effects, log_format, seed, manoeuvres=MANOEUVRES):
         World(tuple(effects)),
         FORMATS[log_format].suite(DEFAULT_SUITE),
         manoeuvres,
-        duration=80,
+        duration=56,
         seed=seed,
     )
     path = write_campaign(folder, ship, runs, log_format)

@@ -8,6 +8,8 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from seatrial.demonstration import copy_demo
+
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 by_name = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
 
@@ -28,6 +30,14 @@ def said(book: nbformat.NotebookNode) -> str:
     return "\n".join(o.get("text", "") or o.get("data", {}).get("text/plain", "") for o in shown)
 
 
+def with_logs(folder: Path, *names: str) -> None:
+    """A copy of the demo whose campaign has these logs alone: what the notebook says does not hang on more."""
+    campaign = copy_demo(folder)
+    head, *logs = campaign.read_text(encoding="utf-8").split("[[log]]")
+    mine = [log for log in logs if any(f'"{name}"' in log for name in names)]
+    campaign.write_text("[[log]]".join([head, *mine]), encoding="utf-8")
+
+
 def test_every_notebook_has_a_test_that_runs_it():
     assert {p.stem for p in NOTEBOOKS} == {"first_look"}
 
@@ -45,6 +55,7 @@ def test_a_notebook_is_kept_without_outputs(path):
 @pytest.mark.slow
 def test_the_first_look_finds_the_current_of_the_demo(tmp_path):
     (path,) = (p for p in NOTEBOOKS if p.stem == "first_look")
+    with_logs(tmp_path / "first-look", "01-zigzag.nmea", "02-circle.nmea", "04-zigzag10.nmea")
     book = executed(path, tmp_path)
     words = said(book)
     assert "nothing material remains" in words

@@ -60,6 +60,7 @@ def command(
         raise UsageError(f"--speed: expected a positive number, found {speed:g}.")
     try:
         from seatrial.capture.playback import Line, play, recorded_ports
+        from seatrial.capture.priority import run_at_once
     except ImportError as error:
         raise UsageError("replay: this system has no pseudo terminals.") from error
     ports = recorded_ports(file, topic)
@@ -76,6 +77,8 @@ def command(
             baud = f" --baud {recorded.baud}" if recorded.baud else ""
             typer.echo(f"{recorded.topic} ({len(recorded.data):,} bytes): --port {line.name}{baud}")
         if no_wait or wait_for_readers(lines, stop):
+            # a device is not held up by what else the machine does: what comes late looks like another motion
+            run_at_once()
             play(ports, lines, stop, speed)
     finally:
         for line in lines:
