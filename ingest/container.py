@@ -6,7 +6,8 @@ import lzma
 import mmap
 import tempfile
 import zlib
-from collections.abc import Iterator
+from codecs import BOM_UTF8
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Protocol
@@ -53,11 +54,18 @@ class Contents:
         ``"gzip"``, ``"xz"`` or ``"zstd"``.
     findings : tuple of Finding
         What was wrong with the packing.
+    before : int
+        Bytes before ``data``: a mark that says that the text is UTF-8.
     """
 
     data: memoryview
     packed: str | None = None
     findings: tuple[Finding, ...] = ()
+    before: int = 0
+
+    def placed(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+        """What was found in ``data``, by offset in the file."""
+        return tuple(f if f.offset is None else replace(f, offset=f.offset + self.before) for f in findings)
 
 
 def packing(head: bytes) -> str | None:
@@ -78,8 +86,10 @@ def open_contents(path: Path) -> Contents:
 
 
 def recoded(contents: Contents) -> Contents:
-    """Text in UTF-16, as Windows writes it, in UTF-8: what is no text stays as it is."""
+    """Text in UTF-16, as Windows writes it, in UTF-8, and without a mark of either: what is no text stays as it is."""
     head = bytes(contents.data[:HEAD])
+    if head.startswith(BOM_UTF8):
+        return replace(contents, data=contents.data[len(BOM_UTF8) :], before=len(BOM_UTF8))
     wide = {b"\xff\xfe": 1, b"\xfe\xff": 0}.get(head[:2])
     if wide is None or head[2 + wide :: 2].count(0) < MOSTLY * len(head[2 + wide :: 2]) or len(head) < 4:
         return contents

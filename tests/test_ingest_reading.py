@@ -7,6 +7,7 @@ import lzma
 import os
 import subprocess
 import sys
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,19 @@ def test_text_in_utf_16_is_text(tmp_path, encoding):
     assert [f.kind for f in contents.findings] == ["note"]
     raw = b"\xff\xfe" + bytes(range(256))
     assert bytes(open_contents(written(tmp_path, "binary", raw)).data) == raw
+
+
+def test_a_mark_that_text_is_utf_8_costs_no_record_and_moves_no_offset(tmp_path):
+    frames = [b"(0.%d0) can0 09F11201#0%d10270000000000\n" % (k, k) for k in range(1, 6)]
+    lines = b"".join([*frames[:2], b"spoilt\n", *frames[2:]])
+    plain, marked = (
+        read_log(written(tmp_path, f"{len(mark)}.log", mark + lines), format="candump")
+        for mark in (b"", BOM_UTF8)
+    )
+    assert [len(t) for t in marked.tables.values()] == [len(t) for t in plain.tables.values()]
+    (there,), (here,) = ([f for f in log.findings if f.offset is not None] for log in (marked, plain))
+    assert (there.offset, there.length) == (here.offset + 3, here.length)
+    assert marked.bytes_read == plain.bytes_read + 3
 
 
 def test_index_starts_at_the_first_record(tmp_path, toys):

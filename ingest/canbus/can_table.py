@@ -22,7 +22,7 @@ STYLE = LineStyle(
 
 def sniff(head: bytes) -> float:
     """How sure the first bytes are of python-can's CSV."""
-    if head.lstrip(b"\xef\xbb\xbf").startswith(HEADER):
+    if head.startswith(HEADER):
         return 1.0
     return 0.9 if len(STYLE.record.findall(head[:8192])) >= 2 else 0.0
 
