@@ -9,6 +9,7 @@ from ingest import ReadOptions, read_log
 from ingest.errors import UnreadableLog
 from ingest.reader import Decoded
 from ingest.tabular.delimited import DELIMITED
+from ingest.tabular.sexagesimal import is_written
 from ingest.units import factor_to_si
 
 
@@ -138,6 +139,29 @@ def test_degrees_have_the_sign_of_their_hemisphere(south):
     found = degrees(placed("time,lat,ns,lon", f"{south},S,4.2#"))
     np.testing.assert_allclose(found, [[-52.1 - 1e-3 * i, 4.2 + 1e-3 * i] for i in range(40)])
     assert not placed("time,lat,lon", "52.1#,4.2#").findings
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude"),
+    [
+        ("52°30.0#'S", "4°24.6#'W"),
+        ("S 52 30.0#", "W004 24.6#"),
+        ("-52.5000°", "4.41000 W"),
+        ('"52°30\'0.0#""S"', '"4°24\'36.0#""W"'),
+    ],
+)
+def test_degrees_as_chart_plotters_write_them_are_positions(latitude, longitude):
+    decoded = placed("time,lat,lon", f"{latitude},{longitude}")
+    per = 0.0 if "#" not in latitude else 3.6e6 if '"' in latitude else 6e4
+    moved = np.arange(40) / per if per else np.zeros(40)
+    expected = np.column_stack([-52.5 - moved, -4.41 - moved])
+    np.testing.assert_allclose(degrees(decoded), expected, rtol=0, atol=1e-12)
+    assert sum("are text, read as degrees" in f.message for f in decoded.findings) == 1
+
+
+@pytest.mark.parametrize("text", ["12:30:05", "52.5", "5230.125", "N", "1.5s", "NE 52.5", "52 30 07 08 N"])
+def test_what_has_no_hemisphere_or_is_more_than_degrees_is_no_position_in_text(text):
+    assert not is_written(text)
 
 
 def test_what_is_no_latitude_is_no_position():

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ingest.tabular.naming import is_unit, split_unit
+from ingest.tabular.sexagesimal import is_written
 from ingest.tabular.timeline import TIME_NAMES
 
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eEdD][+-]?\d+)?$")
@@ -89,9 +90,10 @@ def _unquoted(field: str) -> str:
 
 
 def is_value(field: str) -> bool:
-    """Whether a field is a number, a time, or says that there is none."""
+    """Whether a field is a number, a time or a latitude, or says that there is none."""
     grouped = "," in field and "." in field and any(re.match(form, field) for form in GROUPED.values())
-    return bool(NUMBER.match(field) or grouped or field.lower() in MISSING or TIME.match(field))
+    plain = NUMBER.match(field) or grouped or field.lower() in MISSING or TIME.match(field)
+    return bool(plain) or is_written(field)
 
 
 def likeness_of(fields: Sequence[str]) -> float:

@@ -168,6 +168,11 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
     return settled(detect(rules, {topic: table}), table)
 
 
+def called_latitude_or_longitude(name: str) -> bool:
+    """Whether a column is called so."""
+    return any(re.fullmatch(p, split_unit(name)[0]) for p in (_LAT, _LON))
+
+
 def latitude_and_longitude(table: pd.DataFrame, stated: Mapping[str, str]) -> Iterable[tuple[str, str]]:
     """Columns of numbers that are called so, in pairs, where they state no unit."""
     names = {str(c): split_unit(str(c))[0] for c in table.columns if pd.api.types.is_numeric_dtype(table[c])}

@@ -12,7 +12,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ingest.log import Finding
-from ingest.tabular.naming import latitude_and_longitude
+from ingest.tabular.naming import called_latitude_or_longitude, latitude_and_longitude
+from ingest.tabular.sexagesimal import in_numbers
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +45,8 @@ def in_degrees(
     findings : list of Finding
         What was made of them, or that they are no degrees.
     """
-    units = dict(stated)
+    told, units = _from_text(table), dict(stated)
+    table = table.assign(**told)
     for pair in latitude_and_longitude(table, stated):
         latitude = table[pair[0]].to_numpy(float, na_value=np.nan)
         written = latitude[np.isfinite(latitude) & (latitude != 0.0)]
@@ -58,9 +60,17 @@ def in_degrees(
             return table, units, [Finding("note", f"{both} are no position: {no_degrees(pair[0], written)}")]
         table, signs = _signed(table, pair, minutes)
         note = f"{both} are taken as degrees and minutes, as NMEA 0183 writes them" if minutes else ""
+        note = note or (f"{both} are text, read as degrees, minutes and seconds" if pair[0] in told else "")
         said = [note, f"{both} have the sign that {' and '.join(signs)} say"] if signs else [note]
         return table, units, [Finding("note", text) for text in said if text]
     return table, units, []
+
+
+def _from_text(table: pd.DataFrame) -> dict[str, Floats]:
+    """Latitudes and longitudes that are written as text, degrees by column."""
+    words = [c for c in map(str, table.columns) if not pd.api.types.is_numeric_dtype(table[c])]
+    told = {c: in_numbers(table[c]) for c in words if called_latitude_or_longitude(c)}
+    return {c: x for c, x in told.items() if x is not None}
 
 
 def no_degrees(name: str, latitudes: Floats) -> str:
