@@ -39,4 +39,4 @@ def in_numbers(column: pd.Series) -> Floats | None:
     size = degrees + np.nan_to_num(minutes) / 60.0 + np.nan_to_num(seconds) / 3600.0
     side = part["before"].fillna("") + part["after"].fillna("")
     back = side.isin(["S", "W"]) ^ (part["sign"] == "-")
-    return np.where(back.fillna(False).to_numpy(bool), -size, size)
+    return np.asarray(np.where(back.fillna(False).to_numpy(bool), -size, size), float)
