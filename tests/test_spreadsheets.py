@@ -141,6 +141,17 @@ def test_degrees_have_the_sign_of_their_hemisphere(south):
     assert not placed("time,lat,lon", "52.1#,4.2#").findings
 
 
+@pytest.mark.parametrize("place", [0, 1, 20])
+def test_a_row_that_lost_fields_is_told_wherever_it_is(place):
+    rows = [f"{0.1 * i:.1f},{52.0 + 1e-5 * i:.5f},4.5,{i}" for i in range(40)]
+    rows[place] = rows[place].rsplit(",", 2)[0]
+    decoded = decode("time,lat,lon,heading\n" + "\n".join(rows) + "\n")
+    assert len(decoded.tables[""]) == 39
+    (damage,) = (f for f in decoded.findings if f.kind == "damaged")
+    assert damage.offset == len("time,lat,lon,heading\n" + "".join(f"{r}\n" for r in rows[:place]))
+    assert decoded.bytes_damaged == damage.length == len(rows[place]) + 1
+
+
 @pytest.mark.parametrize(
     ("latitude", "longitude"),
     [

@@ -174,7 +174,7 @@ def _best_delimiter(lines: Sequence[str]) -> str:
 
 
 def _first_row(rows: Sequence[Sequence[str]], skip: int, columns: object) -> tuple[int, int]:
-    """Width of the table and index of its first row of values."""
+    """Width of the table and index of its first row of values, which may have lost some."""
     data = [(i, len(r)) for i, r in enumerate(rows) if i >= skip and len(r) > 1 and likeness_of(r) >= 0.5]
     if not data:
         raise ValueError("no line looks like a row of numbers")
@@ -183,6 +183,9 @@ def _first_row(rows: Sequence[Sequence[str]], skip: int, columns: object) -> tup
     if first is None:
         found = Counter(n for _, n in data).most_common(1)[0][0]
         raise ValueError(f"dialect.columns names {width} columns, the rows have {found}")
+    of_values = {i for i, _ in data}
+    while first - 1 in of_values:
+        first -= 1
     return width, first
 
 
