@@ -17,13 +17,12 @@ from identify.structure import null_parameters
 from validate import candidates as looked_at
 from validate.candidates import (
     Screened,
-    _as_far_ahead,
     _screen_at_null,
-    _starts,
     candidates,
     readings,
     screen,
 )
+from validate.starts import as_far_ahead, starts_of
 
 
 def late(offset):
@@ -58,8 +57,25 @@ def test_no_actuator_is_begun_before_its_order():
     p = null_parameters(structure)
     p[lead_slot(structure)] = structure.input_lead[0] + 0.05
     fitted = SimpleNamespace(solution=SimpleNamespace(structure=structure, p=p))
-    assert _as_far_ahead(fitted, structure.with_effect(last)) == [{"delay": 0.0}]
-    assert _as_far_ahead(fitted, structure) == []
+    assert as_far_ahead(fitted, structure.with_effect(last)) == [{"delay": 0.0}]
+    assert as_far_ahead(fitted, structure) == []
+
+
+def test_what_is_late_by_less_than_a_sample_is_looked_for_within_it():
+    """Inputs that are logged ten times a second hide it: the fit is at the noise, and a start of 0.2 s is too far."""
+    late = Effect("actuator_delay", {"delay": 0.06}, "right")
+    ship, trials = trials_of("catamaran", ("random", "zigzag", "random"), 40.0, 5, (late,), validate=0)
+    ready = prepare(trials, ship.model)
+    fitted = fit_from_scratch(ready.structure, ready.identify)
+    assert fitted.chi2_per_dof < 1.02 and fitted.problem.unlogged.share > 0.0
+    delays = {a.label: a for a in candidates(ready.structure) if a.effect.name == "actuator_delay"}
+    found, *others = screen(fitted, list(delays.values()))
+    assert found.active.label == "actuator_delay (right)"
+    assert found.gain > 2.0 * max(s.gain for s in others)
+    assert found.p[-2] == pytest.approx(0.06, abs=0.005)
+    none = replace(fitted, problem=replace(fitted.problem, unlogged=None))
+    within = [s["delay"] for s in starts_of(fitted, found.active) if s not in starts_of(none, found.active)]
+    assert within == pytest.approx([0.025, 0.05, 0.075, 0.1])
 
 
 @pytest.mark.parametrize(("length", "begins"), [(2.0, (0.2, 0.8)), (45.0, (0.6, 2.4)), (2000.0, (1.0, 4.0))])
@@ -68,10 +84,10 @@ def test_what_is_late_aboard_a_large_ship_is_looked_for_seconds_late(length, beg
     structure = replace(plain, vessel=replace(plain.vessel, length=length))
     fitted = SimpleNamespace(
         solution=SimpleNamespace(structure=structure, p=null_parameters(structure)),
-        problem=SimpleNamespace(stretches=()),
+        problem=SimpleNamespace(stretches=(), unlogged=None),
     )
     delay = next(a for a in candidates(structure) if a.label == "actuator_delay (rudder)")
-    assert [s["delay"] for s in _starts(fitted, delay)] == pytest.approx(begins)
+    assert [s["delay"] for s in starts_of(fitted, delay)] == pytest.approx(begins)
 
 
 def test_no_effect_is_begun_out_of_its_bounds():
@@ -83,7 +99,9 @@ def test_no_effect_is_begun_out_of_its_bounds():
     for active in searched:
         slots = prepared.structure.with_effect(active).slots
         bounds = {s.name: s.parameter.bounds for s in slots if s.effect == 0}
-        begins = [(bounds[name], value) for start in _starts(fitted, active) for name, value in start.items()]
+        begins = [
+            (bounds[name], value) for start in starts_of(fitted, active) for name, value in start.items()
+        ]
         assert begins and all(low <= value <= high for (low, high), value in begins), active.label
 
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.acting import lead_slot
 from identify.effect import Active, Effect, Variant
 from identify.effects import EFFECTS
 from identify.first_states import first_states, state_precision
 from identify.fitted import Fitted
-from identify.input_sizes import between, sizes_of
 from identify.output_error import Prior, prior_for
 from identify.reduction import reduce
 from identify.regression import coefficient_scales
@@ -22,6 +20,7 @@ from identify.windows import moments
 from preprocess.cores import side_by_side
 from validate.motion_seen import Wanted
 from validate.other_logs import of_windows
+from validate.starts import starts_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -118,7 +117,7 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     share = some.problem.rows / fitted.problem.rows
 
     def look(active: Active) -> Screened:
-        looks = [_screen_at(some, active, start, base) for start in _starts(fitted, active)]
+        looks = [_screen_at(some, active, start, base) for start in starts_of(fitted, active)]
         best = max(looks, key=lambda x: x.gain)
         return replace(best, gain=best.gain / share)
 
@@ -240,31 +239,6 @@ def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArr
         low, high = slot.parameter.bounds
         out[j] = np.clip(at[j] + np.clip(step[j], -most, most), low, high) - at[j]
     return out
-
-
-def _starts(fitted: Fitted, active: Active) -> list[dict[str, float]]:
-    """Values of the effect's parameters to begin with: each of its lists taken side by side, singles repeated."""
-    wide = fitted.solution.structure.with_effect(active)
-    mine = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1 and s.coefficient < 0]
-    lists = [p.starts or (p.null,) for p in mine]
-    n = max(len(x) for x in lists)
-    columns = [x if len(x) == n else x * n for x in lists]
-    starts = [dict(zip([p.name for p in mine], row, strict=True)) for row in zip(*columns, strict=True)]
-    if active.effect.stepwise and active.effect.stepwise(active.variant.options):
-        sizes = sizes_of(fitted.problem.stretches, *active.variant.inputs)
-        starts += [{mine[0].name: size} for size in between(sizes, mine[0].bounds[1])]
-    return starts + _as_far_ahead(fitted, wide)
-
-
-def _as_far_ahead(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
-    """Where inputs that may all be late are as far ahead of their logs as the fit found them, without saying so."""
-    structure, late = fitted.solution.structure, wide.actives[-1].effect
-    lead, known = lead_slot(structure), structure.input_lead
-    if lead is None or known is None or lead_slot(wide) is not None or not late.input_delay:
-        return []
-    [own] = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1]
-    value = (known[0] - fitted.solution.p[lead]) / late.input_delay({own.name: 1.0})
-    return [{own.name: float(np.clip(value, *own.bounds))}]
 
 
 def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: float) -> Screened:
