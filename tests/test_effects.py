@@ -284,6 +284,15 @@ def test_roll_is_an_oscillator_driven_by_the_turn():
     assert states[-1, 6] == pytest.approx(angle, abs=2e-3 * np.abs(states[:, 6]).max() + 1e-5)
 
 
+def test_a_roll_that_answers_nothing_more_than_a_steady_turn_is_none():
+    """What is left of waves wants a roll that hardly swings: its damping would have to be past the bound."""
+    (damping,) = (x for x in effect_named("roll_coupling").parameters if x.name == "damping")
+    most, w = damping.bounds[1], np.linspace(0.0, 2.0, 401)
+    answer = 1.0 / np.abs(1.0 - w**2 + 2j * most * w)
+    assert answer.max() < 1.01 * answer[0]
+    assert most > 0.6, "tanks and bilge keels damp a roll by half of the critical at most"
+
+
 def shown_states(name, values, variant=None, streams=ALL, **wanted):
     """What sensors show with the effect, and without it, of the very same true motion."""
     structure, p, plain, q = with_effect(name, values, variant, streams=streams, **wanted)

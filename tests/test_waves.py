@@ -24,7 +24,7 @@ from validate.pace import Pace
 from validate.peaks import around_of, core_of
 from validate.refits import under
 from validate.rounds import rounds
-from validate.swell import _in_windows, needs_waves, with_waves_known, without_waves
+from validate.swell import _in_windows, needs_waves, seen_waves, with_waves_known, without_waves
 from validate.wave_band import measured
 from validate.waves import (
     _goes_with,
@@ -269,6 +269,18 @@ def test_waves_that_are_known_are_not_needed_where_a_fit_is_at_the_noise_without
     known = under(replace(plain.problem, stretches=stretches), plain)
     assert known.problem.swell is not None
     assert not needs_waves(known)
+
+
+@pytest.mark.parametrize("off", [True, False])
+def test_waves_without_which_a_fit_is_off_are_looked_for_in_longer_windows_too(monkeypatch, off):
+    known = waves_known()
+    monkeypatch.setattr(swell, "_shown", lambda fitted: None)  # as in a short log, whose lines are wide
+    monkeypatch.setattr(swell, "without_waves", lambda fitted: SimpleNamespace(is_off=off))
+    found = seen_waves(known)
+    assert (found is not None) is off
+    assert not off or found.seen.frequency == pytest.approx(WAVES["frequency"], rel=0.05)
+    assert not off or found.seen.cycles > 1.2 * swell.ENOUGH_CYCLES
+    assert seen_waves(clean()) is None
 
 
 def test_no_waves_are_higher_than_waves_break():

@@ -97,8 +97,16 @@ def _lasting(swell: Swell) -> float:
 
 
 def seen_waves(fitted: Fitted) -> Swell | None:
-    """Waves that a fit's errors show in windows that are long enough for those that it knows of."""
-    return _shown(_in_usual_windows(fitted))
+    """Waves that a fit's errors show in windows that are long enough for those that it knows of.
+
+    Where it is off the noise without these, they may show in windows that are longer still: a band as wide as the lines
+    of short ones hardly stands out in them.
+    """
+    usual, known = _in_usual_windows(fitted), fitted.problem.swell
+    found = _shown(usual)
+    if found is not None or known is None or not without_waves(fitted).is_off:
+        return found
+    return waves_of(_in_windows(usual, LONGER * _lasting(known)))
 
 
 def _in_gusts_alone(problem: Problem) -> Problem:

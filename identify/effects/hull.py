@@ -137,6 +137,9 @@ RUDDER_FLOW = Effect(
 
 #: Natural frequencies to look at first, rad/s: so close that each is within reach of a resonance between two.
 _ROLL = (0.22, 0.3, 0.4, 0.54, 0.73, 0.98, 1.33, 1.8, 2.4, 3.3, 4.4, 6.0, 8.1)
+#: From so much damping on, √½, nothing is answered more at one frequency than at lower ones: that is no swing, and what
+#: wants more of it is something else (waves of another shape than they are known by).
+NO_SWING = 0.7
 
 
 def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
@@ -159,7 +162,7 @@ ROLL_COUPLING = Effect(
     "Fossen 2011, sec. 6.6; Blanke and Christensen 1993",
     parameters=(
         Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL, shape=True),
-        Parameter("damping", "1", 0.1, (0.02, 1.5), null=0.1, starts=(0.2,) * len(_ROLL), shape=True),
+        Parameter("damping", "1", 0.1, (0.02, NO_SWING), null=0.1, starts=(0.2,) * len(_ROLL), shape=True),
         Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
         Parameter("yaw", "1/m/s²", 0.1, (-50.0, 50.0)),
     ),
