@@ -7,6 +7,7 @@ import os
 import resource
 import signal
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -220,6 +221,27 @@ def test_a_device_that_never_speaks_is_status_one(device, tmp_path):
         out, err = ended(process, None)
     assert process.returncode == 1
     assert "no byte came" in out and "no byte came from any port" in err
+
+
+IN_TURN = "import os; os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))"
+
+
+@pytest.mark.skipif(
+    subprocess.run([sys.executable, "-c", IN_TURN], capture_output=True, check=False).returncode != 0,
+    reason="may ask for no turn before others here",
+)
+def test_what_plays_back_is_not_held_up_by_other_work(tmp_path):
+    out, link = tmp_path / "a.mcap", tmp_path / "port"
+    file = RecordingFile(out)
+    file.append([Message(RAW, SECOND * 1_700_000_000 + i * SECOND, 0, nmea_record(i)) for i in range(30)])
+    file.finish()
+    player = subprocess.Popen([SCRIPT, "replay", out, "--port", link, "--no-wait"], stdout=subprocess.DEVNULL)
+    end = time.monotonic() + 20.0
+    while (policy := os.sched_getscheduler(player.pid)) == os.SCHED_OTHER and time.monotonic() < end:
+        time.sleep(0.05)
+    player.terminate()
+    player.wait()
+    assert policy & ~os.SCHED_RESET_ON_FORK == os.SCHED_RR
 
 
 def test_played_back_it_is_captured_again(tmp_path):
