@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import FOLLOWS, free_running_misfit, is_lost
+from identify.structure import Structure
 from preprocess.cores import side_by_side
 from validate.candidates import Screened
 from validate.motion_seen import Wanted
 from validate.refits import converges
-from validate.scan import MUCH, WORTH, gain_and_value
+from validate.scan import MUCH, WORTH, gain_and_value, misfit_with
 from validate.swing_scan import swings
 
 #: Candidates that are refitted in each round.
@@ -51,7 +52,8 @@ def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
     """Of those that no refit may reach from where the fit is, which the accelerations want most, and clearly.
 
     Far from the noise, where many may run away, these are few, and none that swings by itself: that follows, once
-    fitted, whatever is missing.
+    fitted, whatever is missing. There one that pushes by coefficients alone leads beside them: a base that is bent to
+    do without it may be farther from it than any step goes.
     """
     if converges(fitted) or not chosen:
         return chosen
@@ -60,7 +62,27 @@ def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
     gains = [0.0 if far and _swings(fitted, s) else _gain(s) for s in asked]
     most = sorted(gains, reverse=True)
     least = max(MUCH, HALF * most[0], *(most[WANTED : WANTED + 1] if far else ()))
-    return [replace(s, leads=gain > least) for s, gain in zip(asked, gains, strict=True)]
+    pushes = _pushing(fitted, asked) if far else None
+    return [replace(s, leads=gain > least or s is pushes) for s, gain in zip(asked, gains, strict=True)]
+
+
+def _pushing(fitted: Fitted, screened: Sequence[Screened]) -> Screened | None:
+    """Of those with coefficients alone the one that takes most off the accelerations' misfit, if it is much."""
+    structure, stretches = fitted.solution.structure, fitted.problem.stretches
+    wide = {id(s): structure.with_effect(s.active) for s in screened}
+    some = [s for s in screened if _coefficients_alone(wide[id(s)])]
+    if not some:
+        return None
+    bare = misfit_with(structure, stretches, fitted.solution.p)
+    left = side_by_side(lambda s: misfit_with(wide[id(s)], stretches, s.unmoved), some)
+    best = min(range(len(some)), key=lambda k: left[k])
+    return some[best] if bare - left[best] > MUCH else None
+
+
+def _coefficients_alone(structure: Structure) -> bool:
+    """Whether the last effect has nothing but coefficients of forces."""
+    mine = [s for s in structure.slots if s.effect == len(structure.actives) - 1]
+    return bool(mine) and all(s.coefficient >= 0 for s in mine)
 
 
 def _swings(fitted: Fitted, screened: Screened) -> bool:

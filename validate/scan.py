@@ -84,6 +84,12 @@ def wanted_values(
     return [(null - found[1 + k][0], found[1 + k][1]) for k in lowest]
 
 
+def misfit_with(structure: Structure, stretches: Sequence[Stretch], p: FloatArray) -> float:
+    """The regression's misfit (log, channels added) with every coefficient free, all else as in ``p``."""
+    others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
+    return _misfit(structure, others, stretches, Motion(structure, stretches))
+
+
 def _valleys(misfits: FloatArray) -> list[int]:
     """Places of the valleys along one parameter, the lowest first: the way to a lower one goes up by what is worth it.
 
