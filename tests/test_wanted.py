@@ -18,8 +18,12 @@ GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * 
 def chosen(monkeypatch, chi2, antenna, converges=True, swinging=None):
     """Finalists where an antenna promises much, of which the accelerations want so much, and others nothing."""
     nothing, gains = np.zeros(1), GAINS | {"antenna": antenna}
-    first = Screened(SimpleNamespace(label="antenna"), nothing, nothing, 3000.0)
-    others = [Screened(SimpleNamespace(label=name), nothing, nothing, -5000.0) for name in GAINS]
+    promising = SimpleNamespace(label="antenna", slots=(), actives=())
+    first = Screened(promising, nothing, nothing, 3000.0)
+    others = [
+        Screened(SimpleNamespace(label=name, slots=(), actives=()), nothing, nothing, -5000.0)
+        for name in GAINS
+    ]
     fitted = SimpleNamespace(
         chi2_per_dof=chi2, problem=SimpleNamespace(stretches=()),
         solution=SimpleNamespace(structure=SimpleNamespace(with_effect=lambda active: active)),
