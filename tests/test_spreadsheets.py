@@ -170,6 +170,14 @@ def test_degrees_as_chart_plotters_write_them_are_positions(latitude, longitude)
     assert sum("are text, read as degrees" in f.message for f in decoded.findings) == 1
 
 
+def test_a_latitude_that_is_spoilt_costs_no_other():
+    rows = [f"{i},52°30.{i:02d}'N,4°24.{i:02d}'E" for i in range(40)]
+    rows[3] = "3,52°x0.03'N,4°24.03'E"
+    decoded = decode("time,lat,lon\n" + "\n".join(rows) + "\n")
+    assert list(np.flatnonzero(np.isnan(degrees(decoded)[:, 0]))) == [3]
+    assert sum("; 1 of them cannot be" in f.message for f in decoded.findings) == 1
+
+
 @pytest.mark.parametrize("text", ["12:30:05", "52.5", "5230.125", "N", "1.5s", "NE 52.5", "52 30 07 08 N"])
 def test_what_has_no_hemisphere_or_is_more_than_degrees_is_no_position_in_text(text):
     assert not is_written(text)

@@ -53,4 +53,4 @@ def within_samples(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
         return []
     apart = max(s.inputs[n].sample_time for s in fitted.problem.stretches for n in names)
     per = effect.input_delay({own[0].name: 1.0}) if effect.input_delay else 1.0
-    return [{own[0].name: share * apart / per} for share in OF_A_SAMPLE]
+    return [{own[0].name: float(np.clip(x * apart / per, *own[0].bounds))} for x in OF_A_SAMPLE]

@@ -46,6 +46,7 @@ def in_degrees(
         What was made of them, or that they are no degrees.
     """
     told, units = _from_text(table), dict(stated)
+    lost = sum(int((np.isnan(x) & table[c].notna()).sum()) for c, x in told.items())
     table = table.assign(**told)
     for pair in latitude_and_longitude(table, stated):
         latitude = table[pair[0]].to_numpy(float, na_value=np.nan)
@@ -61,6 +62,7 @@ def in_degrees(
         table, signs = _signed(table, pair, minutes)
         note = f"{both} are taken as degrees and minutes, as NMEA 0183 writes them" if minutes else ""
         note = note or (f"{both} are text, read as degrees, minutes and seconds" if pair[0] in told else "")
+        note += f"; {lost} of them cannot be" if note and lost else ""
         said = [note, f"{both} have the sign that {' and '.join(signs)} say"] if signs else [note]
         return table, units, [Finding("note", text) for text in said if text]
     return table, units, []

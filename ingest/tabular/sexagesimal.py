@@ -25,11 +25,11 @@ def is_written(field: str) -> bool:
 
 
 def in_numbers(column: pd.Series) -> Floats | None:
-    """Degrees (n,), NaN where nothing is written; None where anything else is."""
+    """Degrees (n,), NaN where nothing is written or what cannot be read; None where that is most of it."""
     text = column.astype("string").str.strip()
     there = text.notna() & (text != "")
     known = text[there].unique().tolist()
-    if not known or not all(map(is_written, known[:100])):
+    if sum(map(is_written, known[:100])) <= 0.5 * len(known[:100]):
         return None
     part = text.str.extract(f"^{WRITTEN.pattern}$")
     degrees, minutes, seconds = (
