@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from preprocess import frames
-from preprocess.chains import Segments, Stream
+from preprocess.chains import Segments, Stream, inside
 from preprocess.clocks import beyond_order, clock_offsets
 from preprocess.commands import feedback_noise, judge_input
 from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said, without_numbers
-from preprocess.gaps import find_segments, widened
+from preprocess.gaps import find_segments, narrowed, widened
 from preprocess.inertial import with_accelerations
 from preprocess.judge import Judged, judge
 from preprocess.manoeuvres import ANGLES
@@ -79,8 +79,9 @@ def process(
     words |= more_words
     track = smooth_track(track_sensors, heading, segments, wanted, inputs, beside)
     track, worth = with_accelerations(track, heading, g.accelerations, vessel.imu, segments, inputs)
-    table = states(track, heading)
     judged = {k: with_outliers(j, (heading, track)) for k, j in judged.items()}
+    segments = narrowed(segments, judged, vessel)
+    table = only_within(states(track, heading), segments)
     sigma = _named(heading) | _named(track)
     weight = {s.name: s.weight for chain in (heading, track) for s in chain.streams}
     measurements = {
@@ -120,6 +121,7 @@ def process(
         ),
         *observed,
     )
+    made = only_within(made, segments)
     return Made(measurements, inputs, made, segments, longest_kind(found), findings, history)
 
 
@@ -139,6 +141,13 @@ def with_outliers(j: Judged, chains: tuple[ChainResult, ...]) -> Judged:
         good &= stream.good
     outliers = int(j.good.sum() - good.sum())
     return replace(j, good=good, reasons={**j.reasons, **({"outlier": outliers} if outliers else {})})
+
+
+def only_within(table: pd.DataFrame, segments: Segments) -> pd.DataFrame:
+    """States with nothing known outside the segments."""
+    outside = inside(table["t"].to_numpy(dtype=float), segments) < 0
+    known = table.columns.drop("t")
+    return table.assign(**{k: table[k].mask(outside) for k in known}) if outside.any() else table
 
 
 def white_noise(j: Judged) -> float:

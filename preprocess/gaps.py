@@ -71,6 +71,15 @@ def find_segments(judged: Mapping[str, Judged], vessel: Vessel) -> Segments:
     return tuple(s for s in stretches if _enough(s, t) and _enough(s, psi_t))
 
 
+def narrowed(segments: Segments, judged: Mapping[str, Judged], vessel: Vessel) -> Segments:
+    """Segments without what is left between no two good samples, once more of these were set aside.
+
+    What lies before the first position that counts is carried back by a motion that is known from there on: a turning
+    vessel may have gone any way.
+    """
+    return tuple(intersect(list(segments), list(find_segments(judged, vessel)))) if segments else segments
+
+
 def _heading_bridge(judged: Mapping[str, Judged], t: FloatArray, longest: float) -> float:
     step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     return max(longest, INTERVALS * step) * (3.0 if "yaw_rate" in judged else 1.0)

@@ -137,6 +137,28 @@ def test_segments_are_judged_with_what_lies_beside_them():
     assert widened((), judged) == ()
 
 
+def test_a_stretch_begins_where_a_good_fix_does():
+    """The first fix after a gap is wild, the next one late: nothing is carried back to the wild one."""
+    made = whole("catamaran", "random", 3)
+    tables = dict(made.log.tables)
+    for name in SIGMA:
+        t = tables[name].index.to_numpy() * 1e-9
+        lost = (t > 30.0) & (t < 36.0) | ((name == "position") & (t > 36.15) & (t < 37.4))
+        tables[name] = tables[name][~lost].copy()
+    t = tables["position"].index.to_numpy() * 1e-9
+    first = int(np.searchsorted(t, 36.0))
+    assert t[first + 1] - t[first] > 1.0
+    tables["position"].iloc[first] += 6.0
+    trial = trial_of(made, replace(made.log, tables=tables))
+    fixes = trial.measurements["position"]
+    assert not fixes.good[np.searchsorted(fixes.t, 36.0)]
+    begins = [a for a, _ in trial.segments]
+    assert begins[-1] == fixes.t[fixes.good & (fixes.t > 36.0)][0]
+    between = trial.states["t"].between(30.5, begins[-1], inclusive="left")
+    assert between.any()
+    assert trial.states.loc[between, ["x", "u", "sigma_u"]].isna().all(axis=None)
+
+
 def test_the_demo_moves_as_a_vessel_does():
     from seatrial.campaign import load_campaign
     from seatrial.pipeline import read_logs, runs_of
