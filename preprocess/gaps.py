@@ -8,7 +8,8 @@ import numpy as np
 
 from preprocess.chains import Segments
 from preprocess.judge import Judged
-from preprocess.trial import FloatArray
+from preprocess.trial import BoolArray, FloatArray
+from preprocess.turns import untold
 from preprocess.vessel import Vessel
 
 #: Gaps up to this long are always bridged, s.
@@ -39,11 +40,11 @@ def bridge(t: FloatArray, position: FloatArray, length: float) -> float:
     return max(ALWAYS, INTERVALS * float(np.median(step)), min(length / max(speed, 1e-3), 60.0))
 
 
-def covered(t: FloatArray, longest: float) -> list[tuple[float, float]]:
-    """Stretches in which the times lie no further apart than ``longest``."""
+def covered(t: FloatArray, broken: BoolArray) -> list[tuple[float, float]]:
+    """Stretches (first and last time) of times (n,) between which nothing is ``broken`` (n - 1,)."""
     if not len(t):
         return []
-    breaks = np.flatnonzero(np.diff(t) > longest)
+    breaks = np.flatnonzero(broken)
     starts, ends = np.r_[0, breaks + 1], np.r_[breaks, len(t) - 1]
     return [(float(a), float(b)) for a, b in zip(t[starts], t[ends], strict=True)]
 
@@ -63,11 +64,16 @@ def intersect(a: list[tuple[float, float]], b: list[tuple[float, float]]) -> lis
 
 
 def find_segments(judged: Mapping[str, Judged], vessel: Vessel) -> Segments:
-    """Segments in which position and heading are there (a yaw rate bridges longer gaps of the heading)."""
+    """Segments in which position and heading are there.
+
+    A yaw rate bridges longer gaps of the heading; where nothing tells what was turned in one, and it may be half a turn
+    or more, it is not bridged.
+    """
     position, heading = judged["position"], judged["heading"]
     t, psi_t = position.raw.t[position.good], heading.raw.t[heading.good]
     longest = bridge(t, position.raw.value[position.good], vessel.length)
-    stretches = intersect(covered(t, longest), covered(psi_t, _heading_bridge(judged, psi_t, longest)))
+    lost = (np.diff(psi_t) > _heading_bridge(judged, psi_t, longest)) | untold(judged)
+    stretches = intersect(covered(t, np.diff(t) > longest), covered(psi_t, lost))
     return tuple(s for s in stretches if _enough(s, t) and _enough(s, psi_t))
 
 

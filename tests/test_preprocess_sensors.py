@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from preprocess_samples import Imperfect, sampled, table, truth_of
 
 from ingest.log import Log, Source
-from preprocess.judge import saturated
+from preprocess.judge import judge, saturated
+from preprocess.raw import Raw
 from preprocess.run_of_log import LoggedRun
 from preprocess.trials import make_trials
+from preprocess.turns import untold, with_turns
 from preprocess.vessel import Sensor
 
 PLAIN = {
@@ -127,15 +129,62 @@ def test_a_course_over_ground_is_a_velocity_and_no_heading():
 
 
 @pytest.mark.parametrize("turned", [3.6, 5.5])
-def test_a_compass_that_is_silent_for_more_than_half_a_turn_goes_on_by_the_turns_of_the_gyro(turned):
+@pytest.mark.parametrize("gyro", ["heard", "silent too", "none"])
+def test_a_compass_that_is_silent_for_more_than_half_a_turn_loses_none(gyro, turned):
+    """By the gyro's word; without it by the rates before and after, or the stretch ends there."""
     truth = truth_of("catamaran", "circle", 90.0)
     made = sampled(truth, **PLAIN)
     heading = made.log.tables["heading"]
     t = heading.index.to_numpy() * 1e-9
     way = np.abs(truth.psi - np.interp(20.0, truth.t, truth.psi))
-    silent = (t > 20.0) & (t < truth.t[(truth.t > 20.0) & (way > turned)][0])
-    quiet = replace(made.log, tables={**made.log.tables, "heading": heading[~silent]})
-    trial = trial_of(made, quiet)
-    off_by = off(trial, truth, "psi")
-    assert np.abs(off_by - np.median(off_by)).max() < 0.3
-    assert np.sqrt(np.mean(off(trial, truth, "r") ** 2)) < 0.02
+    end = truth.t[(truth.t > 20.0) & (way > turned)][0]
+    tables = {**made.log.tables, "heading": heading[(t < 20.0) | (t > end)]}
+    sensors = {k: v for k, v in made.sensors.items() if k != "yaw_rate" or gyro != "none"}
+    if gyro == "silent too":
+        during = made.log.tables["yaw_rate"].index.to_numpy() * 1e-9
+        tables["yaw_rate"] = tables["yaw_rate"][(during < 20.0) | (during > end)]
+    trial = trial_of(made, replace(made.log, tables=tables), sensors=sensors)
+    assert len(trial.segments) == (1 if gyro == "heard" else 2)
+    for begin, last in trial.segments:
+        s = trial.states[trial.states["t"].between(begin + 1.0, last - 1.0)]
+        off_by = (s["psi"] - np.interp(s["t"], truth.t, truth.psi)).to_numpy()
+        assert np.abs(off_by - np.median(off_by)).max() < 0.3
+        assert np.sqrt(np.mean((s["r"] - np.interp(s["t"], truth.t, truth.r)) ** 2)) < 0.03
+
+
+def test_a_steady_turn_goes_on_while_nothing_tells_it():
+    """Half a turn and more in a gap of both sensors, as long a gap as tells nothing wrong anywhere in the log."""
+    t = np.arange(0.0, 200.0, 0.1)
+    rate = 1.5 + 0.3 * np.sin(0.2 * t) + np.random.default_rng(1).normal(0.0, 0.01, len(t))
+    psi = np.cumsum(rate) * 0.1
+    kept = (t < 90.0) | (t > 93.0)
+    measured = np.angle(np.exp(1j * psi[kept]))
+    for told in ({"yaw_rate": rate}, {}):
+        judged = {"heading": judged_of("heading", t[kept], measured)}
+        judged |= {k: judged_of(k, t[kept], v[kept]) for k, v in told.items()}
+        assert judged["heading"].raw.value[-1] - psi[kept][-1] == pytest.approx(-2.0 * np.pi, abs=0.01)
+        turned = with_turns(judged)
+        np.testing.assert_allclose(turned["heading"].raw.value, psi[kept], atol=1e-6)
+        assert not untold(turned).any()
+
+
+def judged_of(quantity, t, value):
+    source = Source(quantity, quantity, {"value": "value"}, "rad", None, 50.0, {})
+    return judge(Raw(quantity, t, value, np.zeros(len(t), dtype=bool), source))
+
+
+def test_a_gap_whose_turns_nothing_tells_is_not_bridged():
+    """A motion that changes its mind every few seconds, as fast as this: nobody knows how often it went round."""
+    rng = np.random.default_rng(4)
+    t = np.arange(0.0, 120.0, 0.1)
+    rate = np.repeat(rng.choice([-2.5, 2.5], 40), 30) + rng.normal(0.0, 0.01, 1200)
+    psi = np.cumsum(rate) * 0.1
+    silent = (t > 60.0) & (t < 64.0)
+    for told in ({"yaw_rate": rate[~silent]}, {"yaw_rate": rate}, {}):
+        tt = {k: t if len(v) == len(t) else t[~silent] for k, v in told.items()}
+        judged = {"heading": judged_of("heading", t[~silent], np.angle(np.exp(1j * psi[~silent])))}
+        judged |= {k: judged_of(k, tt[k], v) for k, v in told.items()}
+        lost = untold(with_turns(judged))
+        known = "yaw_rate" in told and len(told["yaw_rate"]) == len(t)
+        assert lost.sum() == (0 if known else 1)
+        assert lost[np.argmax(np.diff(t[~silent]))] != known

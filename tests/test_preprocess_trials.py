@@ -319,7 +319,8 @@ def test_a_log_with_an_input_without_a_number_says_so():
 
 
 def test_intervals():
-    assert covered(np.array([0.0, 1.0, 2.0, 9.0, 10.0]), 3.0) == [(0.0, 2.0), (9.0, 10.0)]
+    t = np.array([0.0, 1.0, 2.0, 9.0, 10.0])
+    assert covered(t, np.diff(t) > 3.0) == [(0.0, 2.0), (9.0, 10.0)]
     assert intersect([(0.0, 5.0), (6.0, 9.0)], [(4.0, 7.0)]) == [(4.0, 5.0), (6.0, 7.0)]
 
 
