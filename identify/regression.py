@@ -195,7 +195,30 @@ def start_by_regression(
     target = np.vstack([true_accelerations(structure, p, s) for s in stretches])
     if apart:
         design[:, [k for k, term in enumerate(structure.table.terms) if couples(term)]] = 0.0
-    return solve_regression(structure, p, design, target, ridge)
+    return answering_twice(structure, solve_regression(structure, p, design, target, ridge))
+
+
+#: A model with two times begins with a second of this share of their sum: begun with none, its zero may stay on the
+#: pole that it lacks, and no small step parts them.
+SECOND = 0.15
+#: The coefficients of such a model: of the yaw rate and the rudder, in its own equation and in that of the state behind.
+_TWICE = (("r", "r"), ("r", "δ"), ("e1", "r"), ("e1", "δ"))
+
+
+def answering_twice(structure: Structure, p: FloatArray) -> FloatArray:
+    """Parameters (np,) that answer a rudder as ``p`` does, of a second-order Nomoto model by both of its times."""
+    at = {(s.term.dof, s.term.text): k for k, s in enumerate(structure.slots) if s.effect < 0 and s.term}
+    if not all(key in at for key in _TWICE):
+        return p
+    yaw, rudder, yaw_behind, rudder_behind = (at[key] for key in _TWICE)
+    if p[yaw] >= 0.0 or p[yaw_behind] != 0.0:
+        return p
+    whole, gain = -1.0 / p[yaw], -p[rudder] / p[yaw]
+    first, second = (1.0 - SECOND) * whole, SECOND * whole
+    out = p.copy()
+    out[yaw], out[rudder] = -1.0 / first - 1.0 / second, 0.0
+    out[yaw_behind], out[rudder_behind] = -1.0 / (first * second), gain / (first * second)
+    return out
 
 
 #: Motion that is another axis's, by equation; a turn with headway is the centripetal part of the sway itself.

@@ -105,6 +105,31 @@ def test_no_effect_is_begun_out_of_its_bounds():
         assert begins and all(low <= value <= high for (low, high), value in begins), active.label
 
 
+def test_what_overflows_on_the_way_promises_nothing_and_costs_no_other_its_look(monkeypatch):
+    """Derivatives of a candidate may overflow along a path that itself does not."""
+    _, trials = trials_of("usv", ("zigzag",), 40.0, 4, (), validate=0)
+    prepared = prepare(trials, "modulus")
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=10.0)
+    some = [
+        a
+        for a in candidates(prepared.structure)
+        if a.label in ("current", "heading_bias", "quadratic_damping")
+    ]
+    before = {s.active.label: s.gain for s in _screen_at_null(fitted, some)}
+    known = looked_at.normal
+
+    def overflowing(fitted, wide, p):
+        information, score, cost = known(fitted, wide, p)
+        spoilt = [k for k, s in enumerate(wide.slots) if s.effect >= 0 and s.name == "bias"]
+        information[spoilt], information[:, spoilt], score[spoilt] = np.inf, np.nan, np.nan
+        return information, score, cost
+
+    monkeypatch.setattr(looked_at, "normal", overflowing)
+    after = {s.active.label: s.gain for s in _screen_at_null(fitted, some)}
+    assert after.pop("heading_bias") == -np.inf
+    assert after == pytest.approx({k: before[k] for k in after})
+
+
 def test_a_cause_is_looked_at_in_each_of_its_forms():
     effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": (1, 2)})
     _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), 60.0, 4, (effect,), validate=0)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from identify.base_fit import fit_from_scratch
 from identify.drive import drive
 from identify.free_running import free_running_misfit
 from identify.physical import physical
@@ -96,6 +99,27 @@ def test_time_constants_and_gain_come_back_within_their_errors(model):
         assert own[name].stderr < 0.1 * value, name
     assert own["K"].stderr < 0.01 * own["K"].value
     assert "K = " in " ".join(fit.notes)
+
+
+def test_the_second_time_is_found_beside_a_delay(monkeypatch):
+    """Begun with none, the model's zero stayed on its pole, a delay made up for both, and only the heading knew."""
+    monkeypatch.setitem(TRUTH, "nomoto2", {"T_1": 6.0, "T_2": 0.8, "T_3": -0.2, "K": 0.4})
+    trials = []
+    for seed, angle in enumerate((10, 20)):
+        made = trial("nomoto2", angle, seed)
+        ordered = {k: replace(m, t=m.t - 1.0) for k, m in made.inputs.items()}
+        heading = {k: m for k, m in made.measurements.items() if k != "yaw_rate"}
+        trials.append(replace(made, inputs=ordered, measurements=heading))
+    prepared = prepare(trials, "nomoto2")
+    (late,) = [a for a in candidates(prepared.structure) if a.effect.name == "actuator_delay"]
+    structure = prepared.structure.with_effect(late)
+    begin = null_parameters(structure)
+    begin[[s.name for s in structure.slots].index("delay")] = 0.8
+    found = fit_from_scratch(structure, prepared.identify, begin)
+    own = dict(zip([s.name for s in structure.slots], found.solution.p, strict=True))
+    assert found.chi2_per_dof < 1.0
+    assert -1.0 / own["E1_r"] == pytest.approx(6.0 * 0.8, rel=0.1)  # T_1 T_2
+    assert own["E1_delta"] / -own["E1_r"] == pytest.approx(0.4, rel=0.02)
 
 
 def test_a_free_run_answers_for_what_the_model_predicts_alone():

@@ -176,14 +176,18 @@ def _promise(screened: Screened) -> float:
 
 
 def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
+    """Gains of the first steps from where all candidates do nothing; none of what overflows on the fit's own path."""
     structure, p = fitted.solution.structure, fitted.solution.p
     wide, start, places = extended(structure, p, actives)
     information, score, _ = normal(fitted, wide, start)
     base = np.setdiff1d(np.arange(len(start)), np.concatenate(places))
     found = []
     for active, mine in zip(actives, places, strict=True):
-        gain, step = _schur_gain(information, score, base, mine)
         alone, at_null, [own] = extended(structure, p, [active])
+        if not np.isfinite(information[np.ix_(mine, np.r_[base, mine])]).all():
+            found.append(Screened(active, at_null, at_null, -np.inf))
+            continue
+        gain, step = _schur_gain(information, score, base, mine)
         q = at_null.copy()
         q[own] += _within(alone, own, q[own], step)
         found.append(Screened(active, q, at_null, gain))
@@ -247,7 +251,7 @@ def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: fl
     for k in mine:
         p[k] = start.get(wide.slots[k].name, p[k])
     information, score, cost = normal(fitted, wide, p)
-    if not np.isfinite(cost):
+    if not (np.isfinite(cost) and np.isfinite(information).all()):
         return Screened(active, p, p, -np.inf)
     gain, step = _gain_within(wide, information, score, p)
     q = p.copy()
