@@ -201,7 +201,7 @@ def start_by_regression(
 #: A model with two times begins with a second of this share of their sum: begun with none, its zero may stay on the
 #: pole that it lacks, and no small step parts them.
 SECOND = 0.15
-#: The coefficients of such a model: of the yaw rate and the rudder, in its own equation and in that of the state behind.
+#: The coefficients of such a model: of yaw rate and rudder, in its own equation and in that of the state behind.
 _TWICE = (("r", "r"), ("r", "δ"), ("e1", "r"), ("e1", "δ"))
 
 
