@@ -40,15 +40,26 @@ def with_changes_known(trials: Sequence[Trial]) -> list[Trial]:
 
     What is never entered twice, and seldom, or hardly ever changes is logged as the others are if any of them is so.
     """
+    logs, ticks = _ticks(trials)
+    known = {n: known_between(some, ticks[n]) for n, some in logs.items()}
+    return [
+        replace(t, inputs={**t.inputs, **{n: m[k] for n, m in known.items()}}) for k, t in enumerate(trials)
+    ]
+
+
+def sampled_evenly(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """The inputs that are entered in their logs whether they change or not."""
+    return tuple(name for name, tick in _ticks(trials)[1].items() if tick is None)
+
+
+def _ticks(trials: Sequence[Trial]) -> tuple[dict[str, list[Measurement]], dict[str, float | None]]:
+    """Every input in its logs, and within what time, s, its changes are entered; None where these are not awaited."""
     logs = {i.name: [t.inputs[i.name] for t in trials] for i in trials[0].inputs_declared}
     ticks = {name: _shortest(some) for name, some in logs.items()}
     if some_tick := min(filter(None, ticks.values()), default=None):
         unsure = [n for n, some in logs.items() if ticks[n] is None and (_never_twice(some) or _few(some))]
         ticks |= {n: min(some_tick, *(m.sample_time or some_tick for m in logs[n])) for n in unsure}
-    known = {n: known_between(some, ticks[n]) for n, some in logs.items()}
-    return [
-        replace(t, inputs={**t.inputs, **{n: m[k] for n, m in known.items()}}) for k, t in enumerate(trials)
-    ]
+    return logs, ticks
 
 
 def known_between(logs: Sequence[Measurement], tick: float | None) -> list[Measurement]:

@@ -12,6 +12,7 @@ from identify.merged import merged
 from identify.models import MODEL_BY_NAME
 from identify.on_change import changes, with_changes_known
 from identify.reference_speed import with_speed_from_motion
+from identify.silent_inputs import known_inputs_alone
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
 from ingest.errors import NotIdentifiable
@@ -21,8 +22,6 @@ from preprocess.trial import Trial
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-
-
 #: What is said where nothing can be identified on.
 NO_STRETCH = "no log to identify on has an unbroken stretch of five seconds with position and heading."
 #: Logs that are named where none can be used.
@@ -58,7 +57,8 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     NotIdentifiable
         Where no trial has the role identify, none is long enough, or none shows any motion.
     """
-    trials = with_common_inputs(with_pooled_noise(_as_predicted(_usable(trials), model)), held)
+    trials, silent = known_inputs_alone(_as_predicted(_usable(trials), model))
+    trials = with_common_inputs(with_pooled_noise(_usable(trials)), held)
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length)
     identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
@@ -69,7 +69,7 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
     validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
-    return Prepared(structure, identify, validate, notes, _digest(used))
+    return Prepared(structure, identify, validate, (*notes, *silent), _digest(used))
 
 
 def _usable(trials: Sequence[Trial]) -> list[Trial]:
