@@ -15,25 +15,19 @@ from identify.reference_speed import with_speed_from_motion
 from identify.silent_inputs import known_inputs_alone
 from identify.stretch import STREAMS, Stretch, sampled, step_for, stretches_of
 from identify.structure import Structure, structure_for
+from identify.usable import still, usable, why_none
 from ingest.errors import NotIdentifiable
-from preprocess.findings import without_numbers
 from preprocess.rounding import input_step
 from preprocess.trial import Trial
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-#: What is said where nothing can be identified on.
-NO_STRETCH = "no log to identify on has an unbroken stretch of five seconds with position and heading."
-#: Logs that are named where none can be used.
-MOST_SAID = 3
 #: Differences in time that are not looked at, s.
 NEGLIGIBLE = 0.015
 #: A receiver's errors wander if they do in this share of the logs, and in so many.
 SHOWN, LEAST_SHOWN = 0.3, 2
 #: ... by more than so many times what is as good as exact.
 SMALL = 10.0
-#: Samples that come this far apart, s, are too rare for any vessel, or their times are in another unit.
-RARE = 5.0
 
 
 @dataclass(frozen=True)
@@ -57,60 +51,19 @@ def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepa
     NotIdentifiable
         Where no trial has the role identify, none is long enough, or none shows any motion.
     """
-    trials, silent = known_inputs_alone(_as_predicted(_usable(trials), model))
-    trials = with_common_inputs(with_pooled_noise(_usable(trials)), held)
+    trials, silent = known_inputs_alone(_as_predicted(usable(trials), model))
+    trials = with_common_inputs(with_pooled_noise(usable(trials, silent)), held)
     used = [t for t in trials if t.role == "identify"]
     h = step_for(trials[0].vessel.length)
     identify = tuple(merged(s) for t in used for s in stretches_of(t, h))
     if not identify:
-        raise NotIdentifiable(NO_STRETCH + _rarely_sampled(used))
-    if all(map(_still, used)):
+        raise NotIdentifiable(why_none(used, silent))
+    if all(map(still, used)):
         raise NotIdentifiable("the vessel does not move in any log to identify on: no sensor ever changes.")
     structure, notes = _declare(model, trials, used, identify)
     structure = with_speed_from_motion(structure, identify)
     validate = tuple(merged(s) for t in trials if t.role == "validate" for s in stretches_of(t, h))
     return Prepared(structure, identify, validate, (*notes, *silent), _digest(used))
-
-
-def _usable(trials: Sequence[Trial]) -> list[Trial]:
-    """The trials without the logs, or parts by role, of which nothing can be used: these say nothing of any sensor.
-
-    Raises
-    ------
-    NotIdentifiable
-        Where none to identify on is left.
-    """
-    found = {(t.name, t.role) for t in trials if t.segments}
-    if not any(role == "identify" for _, role in found):
-        raise NotIdentifiable(_why_none([t for t in trials if t.role == "identify"]))
-    return [t for t in trials if (t.name, t.role) in found]
-
-
-def _why_none(trials: Sequence[Trial]) -> str:
-    """What is said where none of these can be used: inputs that say nothing, else that all are too short."""
-    silent = [f"{t.name}: {words}" for t in trials for words in without_numbers(t.inputs.values())]
-    if silent:
-        return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}."
-    return NO_STRETCH + _rarely_sampled(trials)
-
-
-def _still(trial: Trial) -> bool:
-    """Whether no sensor of the motion ever shows a second value."""
-    values = [trial.measurements[k].value for k in STREAMS if k in trial.measurements]
-    return bool(values) and not any(len(v) and np.ptp(v, axis=0).any() for v in values)
-
-
-def _rarely_sampled(trials: Sequence[Trial]) -> str:
-    """What is to be said of a log whose samples come seconds apart: its times may be in another unit."""
-    for trial in trials:
-        for name, m in trial.measurements.items():
-            step = float(np.median(np.diff(m.t))) if len(m.t) > 1 else 0.0
-            if step >= RARE:
-                return (
-                    f" {trial.name} has a {name} every {step:.3g} s ({1.0 / step:.2g} Hz)."
-                    " Where its times are in milliseconds, their column is to be called so: t_ms."
-                )
-    return ""
 
 
 def _as_predicted(trials: Sequence[Trial], model: str) -> list[Trial]:

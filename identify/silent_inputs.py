@@ -6,6 +6,7 @@ how far what was logged between strays from the line (or the step) between its e
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -25,7 +26,7 @@ MATERIAL = 0.1
 #: Silences are held against others at so many places of each log, and those whose ends differ as much to within this
 #: share of the range, if there are so many; nine in ten of these miss less than is counted.
 PLACES, ALIKE, ENOUGH, MOSTLY = 500, 0.1, 20, 0.9
-#: On average a log has one silence in so many s of a small vessel at most: what pauses more often is sampled so.
+#: Of a log's silences the longest count, one in so many s of a small vessel: what pauses more often is sampled so.
 SELDOM = 15.0
 
 
@@ -67,25 +68,33 @@ def _silences(logs: Sequence[Measurement], trials: Sequence[Trial]) -> list[list
     """Where one input is silent in each of its logs, and may have done what matters."""
     patience = slower(trials[0].vessel.length)
     values = np.concatenate([m.value[m.good] for m in logs])
-    material = MATERIAL * patience * float(np.std(values))
-    out = []
-    for m, trial in zip(logs, trials, strict=True):
-        t, value = m.t[m.good], m.value[m.good]
-        apart = np.diff(t)
-        most = int(sum(b - a for a, b in trial.segments) / (SELDOM * patience))
-        asked = np.flatnonzero(apart > max(INTERVALS * m.sample_time, LEAST * patience))
-        asked = asked[np.argsort(-apart[asked], kind="stable")][:most]
-        matters = [
-            k
-            for k in asked
-            if _missed(logs, apart[k], value[k + 1] - value[k], float(np.ptp(values))) > material
+    material, span = MATERIAL * patience * float(np.std(values)), float(np.ptp(values))
+    return [
+        [
+            (a, b)
+            for a, b, step in _long_ones(m, trial, patience)
+            if _missed(logs, b - a, step, span) > material
         ]
-        out.append([(float(t[k]), float(t[k + 1])) for k in sorted(matters)])
-    return out
+        for m, trial in zip(logs, trials, strict=True)
+    ]
+
+
+def _long_ones(m: Measurement, trial: Trial, patience: float) -> list[tuple[float, float, float]]:
+    """Begin, end and change of an input's long silences in a log, the longest; NaN of the change at the log's ends."""
+    t, value = m.t[m.good], m.value[m.good]
+    if not trial.segments or not len(t):
+        return []
+    begin, end = trial.segments[0][0], trial.segments[-1][1]
+    begins, ends = np.r_[min(begin, t[0]), t], np.r_[t, max(end, t[-1])]
+    steps = np.r_[np.nan, np.diff(value), np.nan]
+    asked = np.flatnonzero(ends - begins > max(INTERVALS * m.sample_time, LEAST * patience))
+    most = math.ceil(sum(b - a for a, b in trial.segments) / (SELDOM * patience))
+    longest = sorted(asked, key=lambda k: begins[k] - ends[k])[:most]
+    return [(float(begins[k]), float(ends[k]), float(steps[k])) for k in sorted(longest)]
 
 
 def _missed(logs: Sequence[Measurement], lasting: float, step: float, span: float) -> float:
-    """What the ends of a silence miss of an input's integral over it, mostly, where it changes by ``step``."""
+    """What the ends of a silence miss of an input's integral over it, mostly, where it changes by ``step`` (or NaN)."""
     steps, missed = (np.concatenate(x) for x in zip(*(_elsewhere(m, lasting) for m in logs), strict=True))
     if not len(missed):
         return np.inf

@@ -12,6 +12,7 @@ from identify.base_fit import fit_from_scratch
 from identify.on_change import sampled_evenly
 from identify.prepare import prepare
 from identify.silent_inputs import known_inputs_alone
+from ingest.errors import NotIdentifiable
 
 LOST = ((12.0, 15.5), (31.0, 33.0), (47.0, 51.0))
 
@@ -46,6 +47,19 @@ def test_lost_orders_end_a_stretch_and_the_fit_is_at_the_noise(trials):
     whole = prepare(trials, "modulus")
     bridged = tuple(replace(s, inputs=lossy[k].inputs) for k, s in enumerate(whole.identify))
     assert fit_from_scratch(whole.structure, bridged).chi2_per_dof > 3.0
+
+
+def test_what_comes_before_the_first_order_and_after_the_last_is_left_out(trials):
+    cut, said = known_inputs_alone([silent(t, ((-1.0, 6.0), (54.0, 61.0))) for t in trials])
+    assert len(said) == len(trials)
+    for t in cut:
+        ((begin, end),) = t.segments
+        assert (begin, end) == pytest.approx((6.0, 54.0), abs=0.11)
+
+
+def test_logs_of_which_nothing_is_left_are_said_to_have_silent_inputs(trials):
+    with pytest.raises(NotIdentifiable, match=r"unbroken stretch .* an input is silent for up to 56 s"):
+        prepare([silent(t, ((-1.0, 56.0),)) for t in trials], "modulus")
 
 
 def test_nothing_ends_where_nothing_is_missed(trials):
