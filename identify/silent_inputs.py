@@ -26,6 +26,8 @@ MATERIAL = 0.1
 #: Silences are held against others at so many places of each log, and those whose ends differ as much to within this
 #: share of the range, if there are so many; nine in ten of these miss less than is counted.
 PLACES, ALIKE, ENOUGH, MOSTLY = 500, 0.1, 20, 0.9
+#: What was ordered in a silence may act so many s of a small vessel after it, where an actuator is late or slow.
+AFTERWARDS = 1.0
 #: Of a log's silences the longest count, one in so many s of a small vessel: what pauses more often is sampled so.
 SELDOM = 15.0
 
@@ -57,7 +59,7 @@ def _joined(silences: Sequence[tuple[float, float]]) -> list[tuple[float, float]
 
 
 def _said(trial: Trial, silences: Sequence[tuple[float, float]]) -> str:
-    longest = max(b - a for a, b in silences)
+    longest = max(b - a for a, b in silences) - AFTERWARDS * slower(trial.vessel.length)
     return (
         f"{trial.name}: an input is silent for up to {longest:.2g} s at {len(silences)} "
         f"{'place' if len(silences) == 1 else 'places'}, where it may have changed: predictions begin anew after it."
@@ -71,7 +73,7 @@ def _silences(logs: Sequence[Measurement], trials: Sequence[Trial]) -> list[list
     material, span = MATERIAL * patience * float(np.std(values)), float(np.ptp(values))
     return [
         [
-            (a, b)
+            (a, b + AFTERWARDS * patience)
             for a, b, step in _long_ones(m, trial, patience)
             if _missed(logs, b - a, step, span) > material
         ]

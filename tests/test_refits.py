@@ -16,13 +16,15 @@ from identify.fitted import FAR, NEAR, SLOWLY
 from identify.free_running import FOLLOWS, LOST, free_running_misfit, is_lost
 from identify.prepare import prepare
 from identify.settled import settled
+from identify.stretch import Stretch
 from preprocess.cores import on_cores
 from validate import other_start, refits
 from validate.candidates import Screened, candidates, from_starts, screen
 from validate.finalists import WANTED, astray, finalists
 from validate.from_scratch import from_scratch
 from validate.pace import Pace
-from validate.refits import CONVERGES, FEW, FIRST, begun_at, converges, raced, refined, refit, under
+from validate.refined import refined
+from validate.refits import CONVERGES, FEW, FIRST, MANY, begun_at, converges, raced, refit, under
 
 
 @cache
@@ -67,6 +69,29 @@ def test_far_from_the_noise_what_the_accelerations_want_is_fitted_from_scratch(m
     leading = {s.active.label for s, _ in found}
     assert {s.active.label for s, _ in raced(fitted, chosen, Pace())} == leading
     assert begun and not leading & set(begun)
+
+
+def test_near_the_noise_and_lost_it_is_too_and_weighed_as_the_others_are(monkeypatch):
+    """A base whose sway stands for a late rudder is near the noise, follows nothing, and no step leads out of it."""
+    fitted, screened = far_off()
+    loose = Stretch.weighted
+    blunt = tuple(loose(s, 20.0 * s.samples.sigma) for s in fitted.problem.stretches)
+    near = replace(fitted, problem=replace(fitted.problem, stretches=blunt))
+    near = under(near.problem, near)
+    assert near.chi2_per_dof < FAR
+    chosen = finalists(fitted, screened, thorough=False)
+    leading = {s.active.label for s in chosen if s.leads}
+    others = [replace(s, leads=False) for s in chosen if not s.leads]
+    asked = [*[s for s in chosen if s.leads], *others]
+    away = replace(near, solution=replace(near.solution, cost=np.inf))
+    monkeypatch.setattr(refits, "begun", lambda *_: away)
+    monkeypatch.setattr(refits, "went_on", lambda f, *_: f)
+    monkeypatch.setattr(refits, "converges", lambda _: False)
+    for lost in (True, False):
+        monkeypatch.setattr(refits, "is_lost", lambda f, lost=lost: lost and f is near)
+        found = raced(near, [*asked, *screened[: MANY + 1]], Pace())
+        assert {s.active.label for s, _ in found} == (leading if lost else set())
+        assert all(f.problem is near.problem for _, f in found)
 
 
 @pytest.mark.parametrize("near", [True, False])

@@ -11,7 +11,7 @@ from identification_samples import trials_of
 from identify.base_fit import fit_from_scratch
 from identify.on_change import sampled_evenly
 from identify.prepare import prepare
-from identify.silent_inputs import known_inputs_alone
+from identify.silent_inputs import AFTERWARDS, known_inputs_alone
 from ingest.errors import NotIdentifiable
 
 LOST = ((12.0, 15.5), (31.0, 33.0), (47.0, 51.0))
@@ -39,7 +39,7 @@ def test_lost_orders_end_a_stretch_and_the_fit_is_at_the_noise(trials):
         assert len(t.segments) == 1 + len(LOST)
         ends = [b for _, b in t.segments[:-1]]
         assert ends == pytest.approx([a for a, _ in LOST], abs=0.11)
-        assert [a for a, _ in t.segments[1:]] == pytest.approx([b for _, b in LOST], abs=0.11)
+        assert [a for a, _ in t.segments[1:]] == pytest.approx([b + AFTERWARDS for _, b in LOST], abs=0.11)
     assert "silent for up to 4" in said[0] and "at 3 places" in said[0]
     ready = prepare(lossy, "modulus")
     assert any("silent" in note for note in ready.notes)
@@ -54,7 +54,7 @@ def test_what_comes_before_the_first_order_and_after_the_last_is_left_out(trials
     assert len(said) == len(trials)
     for t in cut:
         ((begin, end),) = t.segments
-        assert (begin, end) == pytest.approx((6.0, 54.0), abs=0.11)
+        assert (begin, end) == pytest.approx((6.0 + AFTERWARDS, 54.0), abs=0.11)
 
 
 def test_logs_of_which_nothing_is_left_are_said_to_have_silent_inputs(trials):

@@ -51,14 +51,14 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
 def _leading(fitted: Fitted, chosen: list[Screened]) -> list[Screened]:
     """Of those that no refit may reach from where the fit is, which the accelerations want most, and clearly.
 
-    Far from the noise, where many may run away, these are few, and none that swings by itself: that follows, once
-    fitted, whatever is missing. There one that pushes by coefficients alone leads beside them: a base that is bent to
-    do without it may be farther from it than any step goes.
+    Far from the noise, where many may run away, or lost, these are few, and none that swings by itself: that follows,
+    once fitted, whatever is missing. There one that pushes by coefficients alone leads beside them: a base that is bent
+    to do without it may be farther from it than any step goes.
     """
     if converges(fitted) or not chosen:
         return chosen
     asked = _asked(fitted, chosen)
-    far = not fitted.chi2_per_dof < FAR
+    far = not fitted.chi2_per_dof < FAR or is_lost(fitted)
     gains = [0.0 if far and _swings(fitted, s) else _gain(s) for s in asked]
     most = sorted(gains, reverse=True)
     least = max(MUCH, HALF * most[0], *(most[WANTED : WANTED + 1] if far else ()))

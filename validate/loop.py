@@ -22,7 +22,8 @@ from validate.look_alikes import Standing, standing
 from validate.nearer import HALF, came_there, clearly_nearer, worth_another
 from validate.pace import Pace
 from validate.pruning import pruned, searched
-from validate.refits import refined, under
+from validate.refined import refined
+from validate.refits import under
 from validate.rounds import ALL, GivenUp, Turn, Within, rounds, settled
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired

@@ -9,18 +9,16 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import fit_from_scratch, short_windows
-from identify.drive import drive
+from identify.base_fit import short_windows
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import is_lost
 from identify.in_common import in_common
-from identify.noise import recalibrated
 from identify.output_error import Solution, Stopped, solve
 from identify.rough_fit import roughly
 from identify.settled import settled
 from identify.structure import Structure, effects_alone
-from identify.windows import Problem, cut
+from identify.windows import Problem
 from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
 from validate.begins import from_where_it_was
@@ -149,15 +147,15 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
 
     Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
-    Far from it what leads is fitted from scratch in place of that, for from the valley of such a base no step may lead
-    to it.
+    Far from it, and where the base is lost, what leads is fitted from scratch in place of that, for from the valley of
+    such a base no step may lead to it.
     """
     few = len(finalists) <= MANY
     if converges(base) or (few and base.chi2_per_dof < FAR):
         return _alive(base, _nearly(base, finalists, pace))
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
-    whole = from_scratch(base, finalists, pace) if base.chi2_per_dof > FAR else []
+    whole = _led(base, finalists, pace)
     done = {id(s) for s, _ in whole}
     racing = [s for s in finalists if id(s) not in done]
     for part in (racing[:FIRST], racing[FIRST:]):
@@ -167,6 +165,14 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
         if any(f.chi2_per_dof < CONVERGES and not is_lost(f) for _, f in whole):
             break
     return _alive(base, whole)
+
+
+def _led(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple[Screened, Fitted]]:
+    """What leads, fitted from scratch, where the base is far off or lost; near the noise by the base's own weights."""
+    if base.chi2_per_dof > FAR:
+        return from_scratch(base, finalists, pace)
+    found = from_scratch(base, finalists, pace) if is_lost(base) else []
+    return [(s, under(base.problem, f)) for s, f in found]
 
 
 def _taken_on(
@@ -276,22 +282,3 @@ def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
         problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
     )
     return replace(fitted, problem=problem, solution=solution)
-
-
-def refined(fitted: Fitted, length: float) -> Fitted:
-    """The same structure on windows of another length, weights from its own errors."""
-    structure, p = fitted.solution.structure, fitted.solution.p
-    problem = cut(fitted.problem.stretches, length)
-    problem = problem.weighted_as(fitted.problem)
-    current = drive(structure, p, problem.stretches[0]).current
-    solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
-    if not np.isfinite(solution.cost):
-        return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
-    for _ in range(2):
-        problem = recalibrated(problem, solution)
-        tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
-        solution = solve(
-            problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),
-            budget=20, tolerance=tolerance,
-        )  # fmt: skip
-    return Fitted(problem, fitted.prior, solution)
