@@ -15,7 +15,7 @@ from validate.finalists import MUCH, WANTED, WORTH, finalists
 GAINS = {"walk": 0.0, "asymmetry": 0.7, "clock": 0.3, "play": 0.2, "lag": 0.5 * MUCH}
 
 
-def chosen(monkeypatch, chi2, antenna, converges=True, swinging=None):
+def chosen(monkeypatch, chi2, antenna, converges=True, swinging=None, lost=False):
     """Finalists where an antenna promises much, of which the accelerations want so much, and others nothing."""
     nothing, gains = np.zeros(1), GAINS | {"antenna": antenna}
     promising = SimpleNamespace(label="antenna", slots=(), actives=())
@@ -30,6 +30,7 @@ def chosen(monkeypatch, chi2, antenna, converges=True, swinging=None):
     )  # fmt: skip
     monkeypatch.setattr(module, "astray", lambda _: False)
     monkeypatch.setattr(module, "converges", lambda _: converges)
+    monkeypatch.setattr(module, "is_lost", lambda _: lost)
     monkeypatch.setattr(module, "swings", lambda active: active.label == swinging)
     monkeypatch.setattr(module, "gain_and_value", lambda active, *_: (gains[active.label], nothing))
     return finalists(fitted, [first, *others], thorough=False)
@@ -62,10 +63,14 @@ def test_far_from_the_noise_the_few_lead_that_are_wanted_most(monkeypatch):
     monkeypatch.setitem(GAINS, "clock", 0.65)
     found = chosen(monkeypatch, 2.0 * FAR, 0.6, converges=False)
     assert [s.active.label for s in found if s.leads] == ["asymmetry", "clock"]
+    found = chosen(monkeypatch, 1.25, 0.68, converges=False, lost=True)
+    assert [s.active.label for s in found if s.leads] == ["antenna", "asymmetry"]
 
 
 def test_what_swings_leads_only_near_the_noise(monkeypatch):
-    """Far from it, fitted from scratch, it follows whatever is missing."""
+    """Far from it, or from a base that is lost, fitted from scratch, it follows whatever is missing."""
     far, near = (chosen(monkeypatch, x, 0.6, False, "antenna") for x in (2.0 * FAR, 1.25))
-    assert [s.active.label for s in far if s.leads] == ["asymmetry"]
+    lost = chosen(monkeypatch, 1.25, 0.6, False, "antenna", lost=True)
+    for found in (far, lost):
+        assert [s.active.label for s in found if s.leads] == ["asymmetry"]
     assert [s.active.label for s in near if s.leads] == ["antenna", "asymmetry"]
