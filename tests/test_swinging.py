@@ -5,8 +5,9 @@ from types import SimpleNamespace as Named
 import numpy as np
 import pytest
 
-from validate import swinging
+from validate import refits, swinging
 from validate.look_alikes import margin_for
+from validate.refits import LONGER
 from validate.search_ends import fallen, nearest, total
 from validate.swinging import FEW, MORE, searched_swinging
 
@@ -46,6 +47,28 @@ def test_the_valley_that_a_few_steps_show_to_be_lowest_is_taken_wherever_it_begi
     )
     assert searched_swinging(search, None, None, starts).p == 2.0
     assert steps.count(FEW) == len(starts) and steps.count(MORE) <= 4
+
+
+@pytest.mark.parametrize("longer", [1, LONGER])
+def test_what_began_roughly_goes_on_until_it_can_be_held_against_a_base_near_the_noise(monkeypatch, longer):
+    """A roll in its own valley was dropped, for 28 steps from a rough fit had not come down to the base's cost yet."""
+    cost_after = {FEW: 59_500.0, MORE: 57_000.0, LONGER * MORE: 55_500.0}
+    monkeypatch.setattr(swinging, "_begun", lambda _s, _p, p, _rough: Named(p=p, first=None))
+    found = searched_swinging(
+        lambda p, _, budget: ended(cost_after[budget], p=p), None, None, [0.0], longer=longer
+    )
+    assert (found.total < 56_300.0) is (longer > 1)
+
+
+@pytest.mark.parametrize("near", [True, False])
+def test_only_near_the_noise_what_swings_is_searched_for_longer(monkeypatch, near):
+    asked = []
+    monkeypatch.setattr(refits, "swings", lambda _: True)
+    monkeypatch.setattr(refits, "converges", lambda _: near)
+    monkeypatch.setattr(refits, "wanted_swings", lambda *_: [])
+    monkeypatch.setattr(refits, "searched_swinging", lambda *_, longer=1: asked.append(longer))
+    refits._anew(None, None, Named(unmoved=0.0), Named(problem=Named(stretches=())))
+    assert asked == [LONGER if near else 1]
 
 
 def test_a_rival_may_lack_what_a_parameter_more_makes_of_chance_and_of_all_it_could_have_been():

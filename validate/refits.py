@@ -124,7 +124,7 @@ def _anew(
         start = other_start(structure, screened, base)
         return search(*start, budget=LONGER_WAY) if lost else fallen(search, start, base.solution.total)
     if converges(base):
-        return searched_swinging(search, structure, base.problem, (screened.unmoved,))
+        return searched_swinging(search, structure, base.problem, (screened.unmoved,), longer=LONGER)
     found = wanted_swings(structure, base.problem.stretches, screened.unmoved)
     wanted = [p for gain, p in found if gain > WORTH]
     return searched_swinging(search, structure, base.problem, (screened.unmoved,), wanted)

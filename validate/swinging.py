@@ -31,17 +31,19 @@ def searched_swinging(
     problem: Problem,
     starts: Sequence[FloatArray],
     wanted: Sequence[FloatArray] = (),
+    longer: int = 1,
 ) -> Solution:
     """Where the ``search`` of what swings ends, from the best of several starts (np,) and of those that are ``wanted``.
 
     Which of them leads to the lowest valley no first order tells, nor how near it begins; a few steps do. What the
-    accelerations want comes with the coefficients that go with it.
+    accelerations want comes with the coefficients that go with it. The last steps are so many times as many where it
+    is to go on ``longer``: what began roughly comes late to a base that is near the noise.
     """
     begins = [_begun(structure, problem, p, roughly) for p in starts]
     begins += [_begun(structure, problem, p, roughly_from) for p in wanted]
     ends = sorted((search(x.p, x.first, budget=FEW) for x in begins), key=total)
     free = [x for x in ends[GONE_ON:] if not x.held.any()]
-    return nearest([search(x.p, x.first, budget=MORE) for x in ends[:GONE_ON] + free[:GONE_ON]])
+    return nearest([search(x.p, x.first, budget=longer * MORE) for x in ends[:GONE_ON] + free[:GONE_ON]])
 
 
 def _begun(
