@@ -19,6 +19,8 @@ NEARLY_HALF = 2.0
 TELLS, APART = 5, 0.25
 #: Rates and what their ends miss, but for the largest few; where only a compass tells rates, over so many s.
 MOSTLY, OVER = 0.99, 1.0
+#: No compass says more often than this anything new, s.
+FASTEST = 1e-3
 #: Samples so many local spreads off are wild.
 WILD = 6.0
 #: Gaps are held against others of the same length to within this ratio, at so many places of the log.
@@ -99,13 +101,15 @@ def _hidden(turning: _Turning, t: FloatArray, asked: BoolArray) -> BoolArray:
 
 def _turning(judged: Mapping[str, Judged]) -> _Turning | None:
     """How fast the vessel turned: by its yaw rate, or by what its heading changes where that is told often enough."""
-    gyro, heading = judged.get("yaw_rate"), judged.get("heading")
-    if gyro is not None and gyro.good.sum() >= TELLS:
-        return _integrated(*_believed(gyro))
-    if heading is None or heading.good.sum() < TELLS:
+    gyro, heading = (_believed(judged.get(k)) for k in ("yaw_rate", "heading"))
+    if len(gyro[0]) >= TELLS:
+        return _integrated(*gyro)
+    t, psi = heading
+    if len(t) < TELLS:
         return None
-    t, psi = _believed(heading)
-    apart = max(1, math.ceil(OVER / float(np.median(np.diff(t)))))
+    apart = max(1, math.ceil(OVER / max(float(np.median(np.diff(t))), FASTEST)))
+    if len(t) < apart + TELLS:
+        return None
     lasts = t[apart:] - t[:-apart]
     whole = lasts < 2.0 * max(OVER, float(np.median(lasts)))
     if whole.sum() < TELLS:
@@ -113,8 +117,10 @@ def _turning(judged: Mapping[str, Judged]) -> _Turning | None:
     return _integrated((0.5 * (t[apart:] + t[:-apart]))[whole], ((psi[apart:] - psi[:-apart]) / lasts)[whole])
 
 
-def _believed(judged: Judged) -> tuple[FloatArray, FloatArray]:
-    """Times and values (n,) of the good samples that are no wild ones."""
+def _believed(judged: Judged | None) -> tuple[FloatArray, FloatArray]:
+    """Times and values (n,) of the good samples that are no wild ones; none of a sensor that is not there."""
+    if judged is None:
+        return np.zeros(0), np.zeros(0)
     t, value = judged.raw.t[judged.good], judged.raw.value[judged.good]
     wild = sliding_three_sigma(t, value, k=WILD)
     return t[~wild], value[~wild]

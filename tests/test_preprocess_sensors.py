@@ -173,6 +173,16 @@ def judged_of(quantity, t, value):
     return judge(Raw(quantity, t, value, np.zeros(len(t), dtype=bool), source))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("every", [40.0, 0.05])
+@pytest.mark.parametrize("count", range(9))
+def test_of_a_few_headings_nothing_is_told_and_nothing_fails(count, every):
+    t = np.arange(count) * every
+    for told in ({}, {"yaw_rate": judged_of("yaw_rate", t[:3], 0.1 * t[:3] % 0.7)}):
+        judged = {"heading": judged_of("heading", t, 0.9 * t % 2.0), **told}
+        assert len(untold(with_turns(judged))) == max(0, count - 1)
+
+
 def test_a_gap_whose_turns_nothing_tells_is_not_bridged():
     """A motion that changes its mind every few seconds, as fast as this: nobody knows how often it went round."""
     rng = np.random.default_rng(4)
