@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,7 +24,9 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 INTERVALS, LEAST = 3.0, 1.0
 #: What is missed matters from this share of the input's own deviation over a second of a small vessel.
 MATERIAL = 0.1
-#: Silences are held against others at so many places of each log, and those whose ends differ as much to within this
+#: Silences are held against others of the same length to within this ratio.
+AS_LONG = 1.25
+#: They are held against others at so many places of each log, and those whose ends differ as much to within this
 #: share of the range, if there are so many; nine in ten of these miss less than is counted.
 PLACES, ALIKE, ENOUGH, MOSTLY = 500, 0.1, 20, 0.9
 #: What was ordered in a silence may act so many s of a small vessel after it, where an actuator is late or slow.
@@ -71,11 +74,12 @@ def _silences(logs: Sequence[Measurement], trials: Sequence[Trial]) -> list[list
     patience = slower(trials[0].vessel.length)
     values = np.concatenate([m.value[m.good] for m in logs])
     material, span = MATERIAL * patience * float(np.std(values)), float(np.ptp(values))
+    alike = lru_cache(maxsize=None)(lambda k: _alike(logs, AS_LONG**k))
     return [
         [
             (a, b + AFTERWARDS * patience)
             for a, b, step in _long_ones(m, trial, patience)
-            if _missed(logs, b - a, step, span) > material
+            if _missed(*alike(math.ceil(math.log(b - a, AS_LONG))), step, span) > material
         ]
         for m, trial in zip(logs, trials, strict=True)
     ]
@@ -95,13 +99,18 @@ def _long_ones(m: Measurement, trial: Trial, patience: float) -> list[tuple[floa
     return [(float(begins[k]), float(ends[k]), float(steps[k])) for k in sorted(longest)]
 
 
-def _missed(logs: Sequence[Measurement], lasting: float, step: float, span: float) -> float:
-    """What the ends of a silence miss of an input's integral over it, mostly, where it changes by ``step`` (or NaN)."""
-    steps, missed = (np.concatenate(x) for x in zip(*(_elsewhere(m, lasting) for m in logs), strict=True))
+def _missed(steps: FloatArray, missed: FloatArray, step: float, span: float) -> float:
+    """What the ends of a silence miss of an input's integral, mostly, by others whose ends differ as much (or NaN)."""
     if not len(missed):
         return np.inf
     alike = np.abs(np.abs(steps) - abs(step)) <= ALIKE * span
     return float(np.quantile(missed[alike] if alike.sum() >= ENOUGH else missed, MOSTLY))
+
+
+def _alike(logs: Sequence[Measurement], lasting: float) -> tuple[FloatArray, FloatArray]:
+    """What ``_elsewhere`` has of every log."""
+    steps, missed = (np.concatenate(x) for x in zip(*(_elsewhere(m, lasting) for m in logs), strict=True))
+    return steps, missed
 
 
 def _elsewhere(m: Measurement, lasting: float) -> tuple[FloatArray, FloatArray]:
