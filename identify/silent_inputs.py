@@ -16,6 +16,7 @@ import numpy as np
 from identify.on_change import changes, sampled_evenly
 from identify.slowness import slower
 from preprocess.chains import Segments
+from preprocess.gaps import intersect
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -134,8 +135,7 @@ def _at(held: bool, x: FloatArray, t: FloatArray, value: FloatArray) -> FloatArr
 
 
 def _without(segments: Segments, silences: Sequence[tuple[float, float]]) -> Segments:
-    """Segments without what lies within silences."""
-    out = list(segments)
-    for begin, end in silences:
-        out = [p for a, b in out for p in ((a, min(b, begin)), (max(a, end), b)) if p[1] > p[0]]
-    return tuple(out)
+    """Segments without what lies within silences, which are in order and apart."""
+    begins, ends = zip(*silences, strict=True)
+    heard = zip((-np.inf, *ends), (*begins, np.inf), strict=True)
+    return tuple(intersect(list(segments), list(heard)))
