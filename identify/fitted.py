@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from identify import kernel
+from identify.averaged import Mean
 from identify.disturbed import Disturbed
 from identify.left_out import Refit
 from identify.output_error import Prior, Solution
@@ -34,7 +35,8 @@ SLOWLY = 1.1
 class Fitted:
     """A solution with the problem and the prior that it solves.
 
-    ``refits`` are fits to fewer of the logs, each left out in turn; ``disturbed`` what shows of pushes that none logs;
+    ``refits`` are fits to fewer of the logs, each left out in turn; ``mean`` says what it is the mean of, if of
+    several; ``disturbed`` what shows of pushes that none logs;
     ``wider`` (np,) how many times wider intervals are than the noise alone says (``identify.scattered``).
     """
 
@@ -42,6 +44,7 @@ class Fitted:
     prior: Prior
     solution: Solution
     refits: tuple[Refit, ...] = ()
+    mean: Mean | None = None
     disturbed: Disturbed | None = None
     wider: FloatArray | None = None
 

@@ -15,7 +15,6 @@ from itertools import islice, pairwise
 
 import numpy as np
 
-from identify.chain import Chain
 from identify.drive import drive
 from identify.joined import Joined, join
 from identify.output_error import Prior
@@ -64,7 +63,12 @@ class Regularised:
     @property
     def error(self) -> float:
         """Geometric mean of the errors, each at most 1."""
-        return float(np.exp(np.mean(np.log(np.minimum(self.errors, 1.0))))) if len(self.errors) else np.inf
+        return geometric_mean(self.errors) if len(self.errors) else np.inf
+
+
+def geometric_mean(errors: FloatArray) -> float:
+    """Geometric mean of errors (groups,), each at most 1."""
+    return float(np.exp(np.mean(np.log(np.minimum(errors, 1.0)))))
 
 
 def joined_regularised(
@@ -122,7 +126,10 @@ def _with_priors(structure: Structure, stretches: Sequence[Stretch]) -> list[tup
 
 def _judged(found: Joined, ridge: float, refits: Sequence[Refit | None]) -> Regularised:
     """A fit with what those to the other logs predict of the one left out."""
-    errors = [CAP if r is None else _error_of(found.chain, r) for r in refits]
+    chain = found.chain
+    errors = [
+        CAP if r is None else error_of(chain.structure, chain.stretches, chain.spread, r) for r in refits
+    ]
     return Regularised(found, ridge, np.array(errors), tuple(r for r in refits if r is not None))
 
 
@@ -133,12 +140,9 @@ def _refitted(found: Joined, prior: Prior, group: set[int]) -> Refit | None:
     return None if again is None else Refit(frozenset(group), again.p)
 
 
-def _error_of(chain: Chain, refit: Refit) -> float:
-    """Root mean square error, in units of each log's own spread, of stretches that were left out."""
-    errors = [
-        errors_in_parts(chain.structure, refit.p, chain.stretches[k]) / chain.spread[k]
-        for k in sorted(refit.unseen)
-    ]
+def error_of(structure: Structure, stretches: Sequence[Stretch], spread: FloatArray, refit: Refit) -> float:
+    """Root mean square error, in units of each log's own ``spread`` (stretches, 3), of stretches that were left out."""
+    errors = [errors_in_parts(structure, refit.p, stretches[k]) / spread[k] for k in sorted(refit.unseen)]
     capped = np.clip(np.nan_to_num(np.vstack(errors), nan=CAP), -CAP, CAP)
     return float(np.sqrt(np.mean(capped**2)))
 

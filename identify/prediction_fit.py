@@ -9,12 +9,13 @@ from functools import partial
 
 import numpy as np
 
+from identify.averaged import averaged
 from identify.base_fit import SHORT, SHORTEST, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import Fitted
 from identify.free_running import free_running_misfit
 from identify.in_common import in_common
 from identify.joined import Joined
-from identify.left_out import joined_regularised
+from identify.left_out import groups_of
 from identify.noise import calibrated
 from identify.output_error import prior_for
 from identify.prepare import Prepared
@@ -23,6 +24,7 @@ from identify.ridge import with_likeliest_ridge
 from identify.rough_fit import RAN_AWAY
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
+from identify.whole_logs import joined_from_simple
 from identify.windows import cut
 from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side
@@ -54,9 +56,9 @@ def fit_far_from_noise(
 ) -> Fitted:
     """Fit a structure that stays far from the noise: over whole logs, where it follows those better so.
 
-    Whole logs are fitted by windows that are joined ever more firmly, under a prior as tight as predicts logs that were
-    left out best: coefficients that are only bent to what the model lacks do not get far. ``quick`` is what
-    ``fit_for_prediction`` gave, where it is there already.
+    Whole logs are fitted by windows that are joined ever more firmly, under priors tight and loose, and the mean taken
+    that predicts logs left out best: coefficients that are only bent to what the model lacks do not get far. ``quick``
+    is what ``fit_for_prediction`` gave, where it is there already.
     """
     quick = quick or fit_for_prediction(structure, stretches)
     with suppress(NotIdentifiable):
@@ -94,12 +96,15 @@ def _by_joined_windows(
             return _astray(_at(structure, stretches, joined.p)) < others
         return False
 
-    found = None
-    if not structure.has_following_states and "u" in structure.model.predicts:
-        found = joined_regularised(structure, stretches, better)
-    if found is None:
-        raise NotIdentifiable("whole logs are not followed better free-running.")
-    return replace(_at(structure, stretches, found.joined.p), refits=found.refits)
+    if structure.has_following_states or "u" not in structure.model.predicts:
+        raise NotIdentifiable("the model cannot be run over whole logs.")
+    if groups_of(stretches):
+        mean = averaged(structure, stretches, better)
+        if mean is not None:
+            return replace(_at(structure, stretches, mean.p), refits=mean.refits, mean=mean)
+    elif (alone := joined_from_simple(structure, stretches)) is not None:
+        return _at(structure, stretches, alone.p)
+    raise NotIdentifiable("whole logs are not followed better free-running.")
 
 
 #: A way to fit a structure to stretches.

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.averaged import words_of
 from identify.effect import Active
 from identify.first_states import state_precision
 from identify.fit import Estimated, Fit, FittedEffect
@@ -126,7 +127,13 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
         effects.append(made)
         jacobians.append(jacobian)
     rows = np.vstack([np.eye(len(p))[own], *jacobians])
-    notes = [*prepared.notes, *(merged_words(s, told) for s in same), *_lead_note(structure, p, covariance)]
+    mean = () if fitted.mean is None else (words_of(fitted.mean),)
+    notes = [
+        *prepared.notes,
+        *mean,
+        *(merged_words(s, told) for s in same),
+        *_lead_note(structure, p, covariance),
+    ]
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,

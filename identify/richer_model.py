@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from identify.models import MODELS, terms_for
 from identify.structure import Structure
-from identify.term import Term, factors_of
+from identify.term import products_of
 
 
 def richer_model(structure: Structure) -> str | None:
@@ -18,14 +16,9 @@ def richer_model(structure: Structure) -> str | None:
     lacked = [t for active, free in pairs if not active.effect.parameters for _, t in free]
     if not lacked or structure.model.discrete or structure.model.flow:
         return None
-    wanted = _products([*structure.setting.terms, *lacked])
+    wanted = products_of([*structure.setting.terms, *lacked])
     alike = (m for m in MODELS if not m.discrete and not m.flow)
     names = (
-        m.name for m in alike if _products(terms_for(m, structure.vessel, structure.inputs)[0]) == wanted
+        m.name for m in alike if products_of(terms_for(m, structure.vessel, structure.inputs)[0]) == wanted
     )
     return next(names, None)
-
-
-def _products(terms: Iterable[Term]) -> set[tuple[str, tuple[str, ...]]]:
-    """Every term as its equation and its factors, in whatever order it is written."""
-    return {(t.dof, tuple(sorted(factors_of(t.text)))) for t in terms}

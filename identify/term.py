@@ -133,5 +133,10 @@ def _own_odd_power(term: Term) -> int:
     return len(factors) if alone and factors.count(term.dof) % 2 else 0
 
 
+def products_of(terms: Iterable[Term]) -> set[tuple[str, tuple[str, ...]]]:
+    """Every term as its equation and its factors, in whatever order it is written."""
+    return {(t.dof, tuple(sorted(factors_of(t.text)))) for t in terms}
+
+
 #: How symbols are written in names.
 _LETTERS = str.maketrans({"²": "2", "³": "3", "⁴": "4", "/": "_", "Δ": "d", "δ": "delta"})
