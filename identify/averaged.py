@@ -105,7 +105,7 @@ def _own(
     found = []
     for fit in fits:
         p = whole.carried(fit.joined.p, own)
-        without = dict.fromkeys(every, np.full(len(p), np.nan))
+        without: dict[frozenset[int], FloatArray] = dict.fromkeys(every, np.full(len(p), np.nan))
         without |= {r.unseen: whole.carried(r.p, own) for r in fit.refits}
         found.append(Expert(own.model.name, fit.ridge, p, without))
     return found

@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 from identification_samples import trials_of
 
-from identify.averaged import PICKS, Expert, averaged, experts_of, mean_of, parts_of, picked, unseen_of, words_of
+from identify.averaged import (
+    PICKS,
+    Expert,
+    averaged,
+    experts_of,
+    mean_of,
+    parts_of,
+    picked,
+    unseen_of,
+    words_of,
+)
 from identify.left_out import CAP
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import prepare

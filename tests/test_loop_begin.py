@@ -134,7 +134,7 @@ def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_de
     ]
     wiring = SimpleNamespace(active=SimpleNamespace(label="input_wiring"))
     monkeypatch.setattr(loop, "_wiring", lambda *_: wiring)
-    monkeypatch.setattr(loop, "_searched", lambda _prepared, _declared, wired, _pace: ends[wired is None])
+    monkeypatch.setattr(loop, "_searched", lambda _prepared, _declared, wired, *_: ends[wired is None])
     assert loop.search(None) is ends[right]
 
 
@@ -166,7 +166,7 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     found, other = of((first, "heading_bias"), chi2, off), of(("walk",), 1.0 if nearer else 2.5, not nearer)
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
-    best = loop._begun_otherwise(None, None, found, lambda _: None)
+    best = loop._begun_otherwise(None, None, found, lambda _: None, Within())
     assert asked == ([Within(frozenset({first}), 2.0 * chi2)] if asks else [])
     assert best is (other if asks and nearer else found)
 
@@ -182,4 +182,4 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
     found = SimpleNamespace(
         turns=[turn], standing=[SimpleNamespace(active=active)] * 2, fitted=SimpleNamespace(chi2_per_dof=1.5)
     )
-    assert loop._begun_otherwise(None, None, found, lambda _: None) is found
+    assert loop._begun_otherwise(None, None, found, lambda _: None, Within()) is found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import pytest
@@ -12,8 +13,12 @@ import validate.rounds
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.fitted import FAR
+from identify.noise import dispersed_cost
 from identify.prepare import prepare
+from validate.candidates import candidates
 from validate.pace import Pace
+from validate.pairs import best_pair, promises, two_for_one
+from validate.refits import under
 from validate.rounds import Turn, _in_pairs, _turn
 
 
@@ -40,6 +45,74 @@ def test_no_pair_stands_for_what_the_library_lacks():
     turn = _turn(fit_from_scratch(prepared.structure, prepared.identify, length=10.0), Pace())
     assert turn.base.chi2_per_dof > FAR
     assert _in_pairs(replace(turn, taken=None), Pace()) == [replace(turn, taken=None)]
+
+
+BOTH = {"actuator_offset (right)", "thrust_asymmetry (right)"}
+
+
+@cache
+def off_and_weak(offset=0.04, ratio=0.92):
+    """A thruster that is off its neutral and weak besides, at many speeds."""
+    effects = (
+        Effect("actuator_offset", {"offset": offset}, "right"),
+        Effect("thrust_asymmetry", {"ratio": ratio}, "right"),
+    )
+    logs = ("speed", "random", "zigzag", "speed")
+    return prepare(trials_of("catamaran", logs, 90.0, 6, effects, validate=0)[1], "modulus")
+
+
+def with_causes(prepared, *labels):
+    """The model fitted with some causes, as a search has it that took them."""
+    structure = prepared.structure
+    for label in labels:
+        structure = structure.with_effect(next(a for a in candidates(structure) if a.label == label))
+    return fit_from_scratch(structure, prepared.identify)
+
+
+def test_two_causes_take_the_place_of_a_third_that_made_up_for_them():
+    fitted = with_causes(off_and_weak(), "port_starboard_asymmetry")
+    assert fitted.chi2_per_dof < FAR
+    found = two_for_one(fitted)
+    assert {a.label for a in found.solution.structure.actives} == BOTH
+    assert (
+        dispersed_cost(found.problem, found.solution)
+        < dispersed_cost(fitted.problem, fitted.solution) - 100.0
+    )
+    assert two_for_one(found) is None
+
+
+def test_what_was_taken_rightly_is_not_exchanged_for_two():
+    fitted = with_causes(off_and_weak(ratio=1.0), "actuator_offset (right)")
+    assert not fitted.is_off
+    assert two_for_one(fitted) is None
+
+
+def test_a_promise_is_what_a_fit_with_both_gains_where_the_fit_is_near_it():
+    prepared = off_and_weak(0.002, 0.995)
+    base = fit_from_scratch(prepared.structure, prepared.identify)
+    actives = [a for a in candidates(prepared.structure) if a.label in BOTH]
+    [promise] = promises(base, actives)
+    both = under(base.problem, with_causes(prepared, *sorted(BOTH)), 20)
+    gained = base.solution.total - both.solution.total
+    assert gained > 50.0
+    assert promise.gain == pytest.approx(gained, rel=0.4)
+
+
+def test_what_takes_a_parameter_of_the_fit_away_is_in_no_pair():
+    """Inputs that have a clock of their own are not ahead of it as well: the first order would be of another place."""
+    base = with_causes(off_and_weak(), "port_starboard_asymmetry")
+    actives = candidates(base.solution.structure)
+    named = {a.label for x in promises(base, actives) for a in x.causes}
+    assert "clock_offset (inputs)" not in named
+    assert not {f"actuator_delay ({i})" for i in ("left", "right")} <= named
+    assert named >= BOTH
+
+
+def test_at_the_noise_no_pair_is_looked_for():
+    base = with_causes(off_and_weak(), *sorted(BOTH))
+    asked = []
+    assert best_pair(base, None, candidates(base.solution.structure), asked.append) is None
+    assert not asked
 
 
 @pytest.mark.parametrize(

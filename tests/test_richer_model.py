@@ -12,7 +12,7 @@ from identify.richer_model import richer_model
 from validate import analysis
 from validate.candidates import candidates
 from validate.diagnosis import Verdict
-from validate.loop import search
+from validate.search_in_waves import searched
 
 
 def lacking(vessel, model, *effects):
@@ -62,7 +62,7 @@ def test_a_model_that_was_chosen_grows_with_what_else_it_lacks_and_one_that_was_
     monkeypatch,
 ):
     searches = []
-    monkeypatch.setattr(analysis, "search", lambda *a: searches.append(a) or search(*a))
+    monkeypatch.setattr(analysis, "searched", lambda *a: searches.append(a) or searched(*a))
     current = Effect("current", {"speed": 0.2, "direction": 1.0})
     _, trials = trials_of("catamaran", ("zigzag", "random", "circle"), 30.0, 4, (current,))
     chosen = analysis.analyse(trials, model="linear", grows=True)

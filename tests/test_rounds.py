@@ -48,7 +48,7 @@ def play(monkeypatch):
             monkeypatch.setattr(module, name, stub)
 
     stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
-    stubs(_in_pairs=lambda turn, *_: [turn])
+    stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [])
     return stubs
 
 
@@ -92,7 +92,7 @@ def test_what_a_thorough_look_finds_is_taken(play):
         return Turn(fitted, (), (clock,), clock if thorough and fitted is begin else None)
 
     begin, turns = fit(1.5), []
-    play(_turn=turn, _after=lambda taken: end)
+    play(_turn=turn, _after=lambda taken, waves: end)
     assert rounds(begin, turns, Pace()) is end
     assert [t.taken for t in turns] == [clock, None]
 
@@ -160,7 +160,7 @@ def test_with_an_effect_taken_it_is_not_looked_at_again_but_anew(play):
         return Turn(fitted, (), (), taken if fitted is nearer else None)
 
     play(
-        _turn=turn, astray=lambda _: True, _after=lambda _: after,
+        _turn=turn, astray=lambda _: True, _after=lambda *_: after,
         _nearer=lambda fitted, _: nearer if fitted is begin else fitted,
     )  # fmt: skip
     assert rounds(begin, [], Pace()) is after
@@ -194,7 +194,7 @@ def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_w
     }.items():  # fmt: skip
         monkeypatch.setattr(loop, name, stub)
     turns = [Turn(fit(chi2), (), (), Judged("current", fit(chi2)) if taken else None)]
-    found = loop._lengthened(fit(min(chi2, 9.0), length=10.0), turns, Pace(), frozenset())
+    found = loop._lengthened(fit(min(chi2, 9.0), length=10.0), turns, Pace(), Within())
     assert looked == lengths
     assert found.problem.length == lengths[-1]
 

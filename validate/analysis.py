@@ -30,8 +30,9 @@ from validate.loop import Outcome, search
 from validate.pace import Pace
 from validate.rounds import NEARER
 from validate.scores import predictions, validation
+from validate.search_in_waves import in_known_waves, searched
 from validate.sure import surely
-from validate.swell import in_swell, needs_waves, seen_waves, with_waves_known, without_waves
+from validate.swell import needs_waves, seen_waves, without_waves
 from validate.tables import actuator_tables, prediction_tables
 from validate.told_logs import told_of_the_odd_logs
 from validate.unseen import speak_against
@@ -183,12 +184,14 @@ def _identify(
     if not loop:
         return prepared, declared, None
     progress("diagnose", "", 0.0)
-    begin = None
-    if _windowed(estimator, optimiser):
-        begin = declared = with_waves_known(declared)
-        prepared = replace(prepared, identify=in_swell(prepared.identify, declared.problem.swell))
     pace = Pace(partial(progress, "diagnose"))
-    outcome = (grown(prepared, found, pace) if found else None) or search(prepared, begin, pace)
+    outcome = grown(prepared, found, pace) if found else None
+    if not _windowed(estimator, optimiser):
+        outcome = outcome or search(prepared, None, pace)
+    elif outcome:
+        prepared, declared = in_known_waves(prepared, declared)
+    else:
+        prepared, declared, outcome = searched(prepared, declared, pace)
     progress("diagnose", "", 1.0)
     return prepared, declared, outcome
 

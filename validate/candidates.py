@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -117,7 +117,7 @@ def from_starts(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]:
     share = some.problem.rows / fitted.problem.rows
 
     def look(active: Active) -> Screened:
-        looks = [_screen_at(some, active, start, base) for start in starts_of(fitted, active)]
+        looks = [screen_at(some, active, start, base) for start in starts_of(fitted, active)]
         best = max(looks, key=lambda x: x.gain)
         return replace(best, gain=best.gain / share)
 
@@ -189,7 +189,7 @@ def _screen_at_null(fitted: Fitted, actives: Sequence[Active]) -> list[Screened]
             continue
         gain, step = _schur_gain(information, score, base, mine)
         q = at_null.copy()
-        q[own] += _within(alone, own, q[own], step)
+        q[own] += within_reach(alone, own, q[own], step)
         found.append(Screened(active, q, at_null, gain))
     return found
 
@@ -230,7 +230,7 @@ def _gain_within(
         step[leaves] = 0.0
 
 
-def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArray) -> FloatArray:
+def within_reach(structure: Structure, places: Places, at: FloatArray, step: FloatArray) -> FloatArray:
     """The step, cut to the bounds and to what a first order can be trusted for."""
     out = np.empty(len(step))
     for j, k in enumerate(places):
@@ -245,7 +245,7 @@ def _within(structure: Structure, places: Places, at: FloatArray, step: FloatArr
     return out
 
 
-def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: float) -> Screened:
+def screen_at(fitted: Fitted, active: Active, start: Mapping[str, float], base: float) -> Screened:
     """Gain over the cost ``base`` of the first step from a start of the effect's own."""
     wide, p, [mine] = extended(fitted.solution.structure, fitted.solution.p, [active])
     for k in mine:
@@ -255,7 +255,7 @@ def _screen_at(fitted: Fitted, active: Active, start: dict[str, float], base: fl
         return Screened(active, p, p, -np.inf)
     gain, step = _gain_within(wide, information, score, p)
     q = p.copy()
-    q[mine] += _within(wide, mine, p[mine], step[mine])
+    q[mine] += within_reach(wide, mine, p[mine], step[mine])
     return Screened(active, q, p, base - cost + gain)
 
 

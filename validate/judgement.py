@@ -125,7 +125,7 @@ def judge(
     reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
     near = [(s, under(weights, f, SETTLED)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
-    judged = [_judged(base_there, s, f, tried, known) for s, f in near]
+    judged = [judged_under(base_there, s, f, tried, known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
 
 
@@ -184,7 +184,7 @@ def better_base(base: Fitted, candidate: Fitted) -> Fitted:
     return replace(base, solution=found) if found.total < base.solution.total else base
 
 
-def _judged(base: Fitted, screened: Screened, fit: Fitted, tried: int, known: float = 0.0) -> Judged:
+def judged_under(base: Fitted, screened: Screened, fit: Fitted, tried: int, known: float = 0.0) -> Judged:
     """What speaks for a refit, less what is ``known`` to account for as much without it."""
     gain = dispersed_cost(base.problem, base.solution) - dispersed_cost(base.problem, fit.solution) - known
     k, by_chance = added_parameters(base, fit), scatter(fit, len(fit.solution.structure.actives) - 1)

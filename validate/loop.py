@@ -21,10 +21,11 @@ from validate.judgement import INDISTINCT
 from validate.look_alikes import Standing, standing
 from validate.nearer import HALF, came_there, clearly_nearer, worth_another
 from validate.pace import Pace
+from validate.pairs import two_for_one
 from validate.pruning import pruned, searched
 from validate.refined import refined
 from validate.refits import under
-from validate.rounds import ALL, GivenUp, Turn, Within, rounds, settled
+from validate.rounds import ALL, MOST_EFFECTS, GivenUp, Turn, Within, rounds, settled
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
 
@@ -59,7 +60,9 @@ class Outcome:
     slight: tuple[str, ...] = ()
 
 
-def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None) -> Outcome:
+def search(
+    prepared: Prepared, declared: Fitted | None = None, pace: Pace | None = None, within: Within = ALL
+) -> Outcome:
     """Search for what the declared model lacks, on the logs to identify on.
 
     ``declared`` is the declared model's windowed output error fit, where there is one: near the noise the search goes
@@ -77,16 +80,18 @@ def search(prepared: Prepared, declared: Fitted | None = None, pace: Pace | None
         if otherwise and otherwise.chi2 < NEAR and otherwise.declared > FAR:
             wiring = otherwise.wiring
         else:
-            found = _begun_otherwise(prepared, declared, _searched(prepared, declared, None, pace), pace)
+            found = _searched(prepared, declared, None, pace, within)
+            found = _begun_otherwise(prepared, declared, found, pace, within)
             if not found.fitted.is_off:
                 return found
-            return _otherwise_wired(prepared, found, otherwise if far else _otherwise(prepared), pace)
+            otherwise = otherwise if far else _otherwise(prepared)
+            return _otherwise_wired(prepared, found, otherwise, pace, within)
     pace(f"taken: {wiring.active.label}")
-    found = _searched(prepared, declared, wiring, pace)
+    found = _searched(prepared, declared, wiring, pace, within)
     if found.fitted.chi2_per_dof < FAR:
         return found
     pace("the inputs as they were declared")
-    other = _searched(prepared, declared, None, pace)
+    other = _searched(prepared, declared, None, pace, within)
     return other if clearly_nearer(other.fitted, found.fitted) else found
 
 
@@ -116,17 +121,21 @@ def _otherwise(prepared: Prepared) -> _Otherwise | None:
     return _Otherwise(wiring, least, declared)
 
 
-def _otherwise_wired(prepared: Prepared, found: Outcome, otherwise: _Otherwise | None, pace: Pace) -> Outcome:
+def _otherwise_wired(
+    prepared: Prepared, found: Outcome, otherwise: _Otherwise | None, pace: Pace, within: Within
+) -> Outcome:
     """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
     if otherwise is None or not otherwise.chi2 < min(FAR, HALF * otherwise.declared):
         return found
     pace(f"taken: {otherwise.wiring.active.label}")
-    other = _searched(prepared, None, otherwise.wiring, pace)
+    other = _searched(prepared, None, otherwise.wiring, pace, within)
     near = other.fitted.chi2_per_dof < FAR and clearly_nearer(other.fitted, found.fitted)
     return other if near or not other.fitted.is_off else found
 
 
-def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace) -> Outcome:
+def _begun_otherwise(
+    prepared: Prepared, declared: Fitted | None, found: Outcome, pace: Pace, within: Within
+) -> Outcome:
     """A search that took several effects and came near the noise, not to it; or one without the first, if that does.
 
     Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it.
@@ -136,9 +145,9 @@ def _begun_otherwise(prepared: Prepared, declared: Fitted | None, found: Outcome
     if len(kept) < 2 or not worth_another(found.fitted) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
-    within = Within(frozenset({taken[0].effect.name}), HOPELESS * found.fitted.chi2_per_dof)
+    barred, hopeless = within.barred | {taken[0].effect.name}, HOPELESS * found.fitted.chi2_per_dof
     with suppress(GivenUp):
-        other = _searched(prepared, declared, None, pace, within)
+        other = _searched(prepared, declared, None, pace, replace(within, barred=barred, hopeless=hopeless))
         return other if came_there(other.fitted, found.fitted) else found
     return found
 
@@ -175,6 +184,8 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
         rival = likelier(fine, standing) or fewer_clocks(fine)
+        if rival is None and len(fine.solution.structure.actives) < MOST_EFFECTS:
+            rival = two_for_one(fine)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
@@ -236,7 +247,8 @@ def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, within: Within) -
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
         stuck = fitted.is_far and bool(turns) and turns[-1].taken is None
         length = min(2.0 * length, longest)
-        fitted = with_waves_known(at_likeliest_speed(refined(fitted, length)))
+        fitted = at_likeliest_speed(refined(fitted, length))
+        fitted = with_waves_known(fitted) if within.waves else fitted
         if length == longest or not stuck or fitted.chi2_per_dof >= HOPELESSLY_FAR:
             fitted = rounds(fitted, turns, pace, 0.0 if length == longest else FAR, within)
     return fitted

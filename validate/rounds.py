@@ -19,6 +19,7 @@ from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.finalists import FINALISTS, astray, finalists
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
 from validate.pace import ANOTHER, LAST, Pace
+from validate.pairs import best_pair
 from validate.refits import under
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
@@ -54,12 +55,13 @@ class Turn:
 class Within:
     """What a search keeps to.
 
-    Effects whose names are ``barred`` are not looked at. Where nothing is left to take and the cost per degree of
-    freedom is above ``hopeless``, it is given up.
+    Effects whose names are ``barred`` are not looked at, nor are ``waves`` unless it may know of them. Where nothing is
+    left to take and the cost per degree of freedom is above ``hopeless``, it is given up.
     """
 
     barred: Names = NONE
     hopeless: float = np.inf
+    waves: bool = True
 
 
 #: A search that looks at everything, and to the end.
@@ -93,7 +95,7 @@ def rounds(
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
             turn = _turn(turn.base, pace, barred, thorough=True)
-        swaying = _in_waves(fitted, turn)
+        swaying = _in_waves(fitted, turn) if within.waves else None
         if swaying:
             fitted = swaying
             continue
@@ -105,13 +107,13 @@ def rounds(
             turns.append(turn)
             fitted, again, repeats = nearer, again + 1, True
             continue
-        new = [turn] if turn.taken else _in_pairs(turn, pace, barred)
+        new = _together(turn, pace, barred) or ([turn] if turn.taken else _in_pairs(turn, pace, barred))
         turns += new
         taken = new[-1].taken
         if taken is None or len(fitted.solution.structure.actives) >= MOST_EFFECTS:
             return _nearer(fitted, turn.base)
         pace(f"taken: {taken.label}")
-        fitted, repeats = _after(taken), False
+        fitted, repeats = _after(taken, within.waves), False
     return fitted
 
 
@@ -177,14 +179,28 @@ def _worth_taking(base: Fitted, judged: Judged) -> bool:
     return worthwhile(base, judged.fitted) or beyond_doubt(base, judged)
 
 
-def _after(taken: Judged) -> Fitted:
-    """The fit with an effect that was taken, at its best."""
+def _after(taken: Judged, waves: bool = True) -> Fitted:
+    """The fit with an effect that was taken, at its best; with the ``waves`` known that it shows."""
     here = settled(taken.fitted)
     fitted = at_likeliest_size(in_likeliest_form(here))
     if fitted is not here:  # what was hidden in the wrong form is no noise
         fitted = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     fitted = on_each_input(fitted)
-    return with_waves_known(at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted)
+    fitted = at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted
+    return with_waves_known(fitted) if waves else fitted
+
+
+def _together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
+    """Two rounds that take a pair which explains clearly more than what the round took; none where there is no such."""
+    base = turn.base
+    if len(base.solution.structure.actives) + 2 > MOST_EFFECTS:
+        return []
+    actives = [a for a in candidates(base.solution.structure) if a.effect.name not in barred]
+    pair = best_pair(base, turn.taken, actives, pace)
+    if pair is None:
+        return []
+    one, both = pair
+    return [replace(turn, taken=one), Turn(one.fitted, turn.screened, (both,), both)]
 
 
 def _in_pairs(turn: Turn, pace: Pace, barred: Names = NONE) -> list[Turn]:
