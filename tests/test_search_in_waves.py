@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from validate import search_in_waves as module
-from validate.rounds import Within
+from validate.rounds import ALL
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def play(monkeypatch):
         known, asked = fit("declared", 50.0, swell), []
         ends = {True: fit("in waves", 20.0, swell), False: fit("without", without)}
 
-        def search(prepared, declared, _pace, within=Within()):
+        def search(prepared, declared, _pace, within=ALL):
             asked.append((prepared.identify, within.waves))
             return SimpleNamespace(fitted=ends[within.waves])
 
