@@ -32,13 +32,16 @@ def finalists(fitted: Fitted, screened: list[Screened], thorough: bool) -> list[
 
     Off the noise also what the accelerations want most of the others: where what was taken makes up for them, no step
     from there shows what they are worth. Near it those of which they want a value begin there too: a rich model that
-    makes up for a slow rudder, or for a compass that is off, is far from the one that has it.
+    makes up for a slow rudder, or for a compass that is off, is far from the one that has it; and where slow errors say
+    that it is off all the same, what is wanted most of the others as well.
     """
     if not (thorough or astray(fitted)):
         first = [s for s in screened[:FINALISTS] if s.gain > 8.0]
+        wanted = _wanted(fitted, screened[len(first) :]) if fitted.is_off else []
         if fitted.chi2_per_dof > NEAR:
-            return _leading(fitted, [*first, *_wanted(fitted, screened[len(first) :])])
-        return [s if _gain(s) > WORTH else replace(s, wanted=None) for s in _asked(fitted, first)]
+            return _leading(fitted, [*first, *wanted])
+        asked = [s if _gain(s) > WORTH else replace(s, wanted=None) for s in _asked(fitted, first)]
+        return [*asked, *wanted]
     kinds = {i.name: i.kind for i in fitted.solution.structure.inputs}
     forms: dict[tuple[str, str, str], list[Screened]] = {}
     for candidate in screened:
