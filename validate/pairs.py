@@ -20,8 +20,8 @@ from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
 from identify.noise import dispersed_cost
 from identify.output_error import solve
-from identify.structure import null_parameters
-from validate.candidates import candidates, extended, normal, prior_of, screen_at
+from validate.candidates import candidates, prior_of, screen_at
+from validate.first_order import first_order
 from validate.judgement import SETTLED, Judged, judged_under, least_gain, worthwhile
 from validate.pace import Pace
 from validate.refits import refit, step_tolerance
@@ -33,8 +33,6 @@ Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 #: So many pairs are refitted at most.
 REFITTED = 2
-#: Directions of scaled parameters that differ less from all others' promise nothing.
-TOLD_APART = 1e-4
 
 
 class Promise(NamedTuple):
@@ -42,31 +40,6 @@ class Promise(NamedTuple):
 
     causes: tuple[Active, Active]
     gain: float
-
-
-class _FirstOrder(NamedTuple):
-    """Normal equations of what all causes add, what the fit would follow taken off; and how far each may move.
-
-    ``matrix`` (k, k) and ``score`` (k,) in units of each parameter's own information; ``up`` and ``down`` (k,): whether
-    it can move that way from where it does nothing; ``loss``: what the fit would lose before any of them moves.
-    """
-
-    matrix: FloatArray
-    score: FloatArray
-    up: Places
-    down: Places
-    loss: float
-
-    def gain(self, mine: Places) -> float:
-        """What parameters gain together, but for those that would leave their bounds."""
-        values, vectors = np.linalg.eigh(self.matrix[np.ix_(mine, mine)])
-        good = values > TOLD_APART
-        along = vectors[:, good].T @ self.score[mine]
-        step = vectors[:, good] @ (along / values[good])
-        stays = np.where(step > 0.0, self.up[mine], self.down[mine]).astype(bool)
-        if stays.all():
-            return float(np.sum(along**2 / values[good]))
-        return self.gain(mine[stays]) if stays.any() else 0.0
 
 
 def best_pair(
@@ -97,26 +70,30 @@ def two_for_one(fitted: Fitted) -> Fitted | None:
     What was taken first, and alone, may have made up for two that are more than it.
     """
     structure = fitted.solution.structure
-    if not fitted.chi2_per_dof < FAR:
+    actives = candidates(structure)
+    if not fitted.chi2_per_dof < FAR or len(actives) < 2:
         return None
-    actives, best = candidates(structure), None
-    for k, active in enumerate(structure.actives):
-        every = [] if active.effect.rewire or len(actives) < 2 else promises(fitted, actives, k)
-        for promise in sorted(every, key=lambda x: -x.gain)[:REFITTED]:
-            if promise.gain < least_gain(2, len(every)):
-                break
-            found = _in_place_of(fitted, k, promise)
-            if _preferred(fitted, found, len(every)) and (
-                best is None or total(found.solution) < total(best.solution)
-            ):
-                best = found
-    return best
+    found = [
+        there
+        for k, active in enumerate(structure.actives)
+        if not active.effect.rewire
+        for there in _instead_of(fitted, k, promises(fitted, actives, k))
+    ]
+    return min(found, key=lambda f: total(f.solution), default=None)
+
+
+def _instead_of(fitted: Fitted, index: int, every: Sequence[Promise]) -> list[Fitted]:
+    """Fits with two causes in place of an effect that the measurements clearly prefer, of those that promise most."""
+    likely = [x for x in every if x.gain > least_gain(2, len(every))]
+    best = sorted(likely, key=lambda x: -x.gain)[:REFITTED]
+    refitted = [_in_place_of(fitted, index, promise) for promise in best]
+    return [f for f in refitted if _preferred(fitted, f, len(every))]
 
 
 def promises(base: Fitted, actives: Sequence[Active], without: int | None = None) -> list[Promise]:
     """What every two causes promise together from where all do nothing; in place of an effect if one is left out."""
     actives = _beside_all(base, actives)
-    known, places = _first_order(base, actives, without)
+    known, places = first_order(base, actives, without)
     alone = {k: known.gain(mine) for k, mine in places.items()}
     found = []
     for pair in combinations(places, 2):
@@ -135,34 +112,6 @@ def _beside_all(base: Fitted, actives: Sequence[Active]) -> list[Active]:
         if own <= {wide.key(s) for s in wide.slots}:
             kept.append(active)
     return kept
-
-
-def _first_order(
-    base: Fitted, actives: Sequence[Active], without: int | None
-) -> tuple[_FirstOrder, dict[int, Places]]:
-    """The normal equations of all causes, and where in them the parameters are of each that does not overflow."""
-    wide, start, places = extended(base.solution.structure, base.solution.p, actives)
-    information, score, _ = normal(base, wide, start)
-    left_out = np.array([k for k, s in enumerate(wide.slots) if s.effect == without], dtype=np.intp)
-    own = np.setdiff1d(np.arange(len(start)), np.concatenate([left_out, *places]))
-    told = [
-        k for k, mine in enumerate(places) if np.isfinite(information[np.ix_(mine, np.r_[own, mine])]).all()
-    ]
-    mine = np.concatenate([places[k] for k in told]) if told else np.zeros(0, dtype=np.intp)
-    away = (null_parameters(wide) - start)[left_out]
-    loss = float(away @ information[np.ix_(left_out, left_out)] @ away - 2.0 * score[left_out] @ away)
-    score = score - information[:, left_out] @ away
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    m, s = information * scale * scale[:, None], score * scale
-    damped = m[np.ix_(own, own)] + 1e-9 * np.eye(len(own))
-    follow = np.linalg.solve(damped, np.column_stack([m[np.ix_(own, mine)], s[own]]))
-    matrix = m[np.ix_(mine, mine)] - m[np.ix_(mine, own)] @ follow[:, :-1]
-    rest = s[mine] - m[np.ix_(mine, own)] @ follow[:, -1]
-    low, high = (np.array([wide.slots[k].parameter.bounds[j] for k in mine]) for j in (0, 1))
-    ends = np.cumsum([len(places[k]) for k in told])
-    where = dict(zip(told, np.split(np.arange(len(mine)), ends[:-1]), strict=True)) if told else {}
-    lost = loss - float(s[own] @ follow[:, -1])
-    return _FirstOrder(matrix, rest, start[mine] < high, start[mine] > low, lost), where
 
 
 def _in_place_of(fitted: Fitted, index: int, promise: Promise) -> Fitted:
