@@ -16,6 +16,7 @@ from validate.candidates import wirings
 from validate.loop import Outcome, _otherwise, _otherwise_wired, search
 from validate.nearer import clearly_nearer
 from validate.pace import Pace
+from validate.rounds import ALL
 from validate.wiring import Wiring, better_wiring
 
 
@@ -76,7 +77,7 @@ def _looked_at_again(*effects):
     _, trials = trials_of("tug", ("zigzag", "random"), 60.0, 4, effects=effects, validate=0)
     prepared = prepare(trials, "modulus")
     found = Outcome(fit_from_scratch(prepared.structure, prepared.identify), (), (), None)
-    return found, _otherwise_wired(prepared, found, _otherwise(prepared), Pace())
+    return found, _otherwise_wired(prepared, found, _otherwise(prepared), Pace(), ALL)
 
 
 def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried():
