@@ -79,6 +79,9 @@ def test_two_causes_take_the_place_of_a_third_that_made_up_for_them():
         < dispersed_cost(fitted.problem, fitted.solution) - 100.0
     )
     assert two_for_one(found) is None
+    other = two_for_one(fitted, barred=("thrust_asymmetry",))
+    named = set() if other is None else {a.effect.name for a in other.solution.structure.actives}
+    assert "thrust_asymmetry" not in named, "what was taken back does not come in by another door"
 
 
 def test_what_was_taken_rightly_is_not_exchanged_for_two():

@@ -185,7 +185,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
     for _ in range(EXCHANGES):
         rival = likelier(fine, standing) or fewer_clocks(fine)
         if rival is None and len(fine.solution.structure.actives) < MOST_EFFECTS:
-            rival = two_for_one(fine)
+            rival = two_for_one(fine, within.barred)
         if rival is None:
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")

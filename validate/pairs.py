@@ -8,7 +8,7 @@ that the best of them are worth a refit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -64,13 +64,14 @@ def best_pair(
     return None
 
 
-def two_for_one(fitted: Fitted) -> Fitted | None:
+def two_for_one(fitted: Fitted, barred: Collection[str] = ()) -> Fitted | None:
     """The fit with two causes in place of one that was taken, where the measurements clearly prefer them; or None.
 
-    What was taken first, and alone, may have made up for two that are more than it.
+    What was taken first, and alone, may have made up for two that are more than it. Effects whose names are ``barred``
+    are not looked at.
     """
     structure = fitted.solution.structure
-    actives = candidates(structure)
+    actives = [a for a in candidates(structure) if a.effect.name not in barred]
     if not fitted.chi2_per_dof < FAR or len(actives) < 2:
         return None
     found = [
