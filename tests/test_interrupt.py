@@ -115,3 +115,36 @@ def test_an_interrupt_that_a_library_keeps_to_itself_ends_the_run_at_its_next_st
             progress("ingest")
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_where_none_can_be_raised_says_nothing_and_ends_the_run_all_the_same(monkeypatch):
+    """As a process forks, or an object goes: Python would write its trace to the terminal and go on."""
+
+    class Going:
+        def __init__(self, fault):
+            self.fault = fault
+
+        def __del__(self):
+            if self.fault is KeyboardInterrupt:
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(5.0)
+            raise self.fault
+
+    said = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda what: said.append(what.exc_type))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), StageLines(quiet=True) as progress:
+            progress("ingest")
+            going = Going(ValueError)
+            del going
+            assert said == [ValueError]
+            going = Going(KeyboardInterrupt)
+            del going
+            progress("preprocess")
+        assert said == [ValueError]
+        going = Going(ValueError)
+        del going
+        assert said == [ValueError] * 2
+    finally:
+        signal.signal(signal.SIGINT, before)
