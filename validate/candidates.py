@@ -26,6 +26,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
+#: What keeps parameters of a fit from standing in for one another without end, in units of their own information.
+DAMPING = 1e-9
+
+
 @dataclass(frozen=True)
 class Screened:
     """A candidate, a start for its refit (and where it was looked at), and the gain that the first order promises.
@@ -198,17 +202,33 @@ def _schur_gain(
     information: FloatArray, score: FloatArray, base: Places, mine: Places
 ) -> tuple[float, FloatArray]:
     """Gain and step of the parameters ``mine`` with all ``base`` parameters free to follow."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    m, s = information * scale * scale[:, None], score * scale
-    damped = m[np.ix_(base, base)] + 1e-9 * np.eye(len(base))
-    follow = np.linalg.solve(damped, np.column_stack([m[np.ix_(base, mine)], s[base]]))
-    left = m[np.ix_(mine, mine)] - m[np.ix_(mine, base)] @ follow[:, :-1]
-    rest = s[mine] - m[np.ix_(mine, base)] @ follow[:, -1]
+    left, rest, _ = reduced_to(information, score, base, mine)
     values, vectors = np.linalg.eigh(left)
     good = values > 1e-6
     along = vectors[:, good].T @ rest
     step = vectors[:, good] @ (along / values[good])
-    return float(np.sum(along**2 / values[good])), step * scale[mine]
+    return float(np.sum(along**2 / values[good])), step * _scale(information)[mine]
+
+
+def reduced_to(
+    information: FloatArray, score: FloatArray, base: Places, mine: Places
+) -> tuple[FloatArray, FloatArray, float]:
+    """Information and score of parameters ``mine``, all ``base`` free to follow, scaled; and what ``base`` gain alone.
+
+    The scale is that of each parameter's own information.
+    """
+    scale = _scale(information)
+    m, s = information * scale * scale[:, None], score * scale
+    damped = m[np.ix_(base, base)] + DAMPING * np.eye(len(base))
+    follow = np.linalg.solve(damped, np.column_stack([m[np.ix_(base, mine)], s[base]]))
+    across = m[np.ix_(mine, base)]
+    left = m[np.ix_(mine, mine)] - across @ follow[:, :-1]
+    return left, s[mine] - across @ follow[:, -1], float(s[base] @ follow[:, -1])
+
+
+def _scale(information: FloatArray) -> FloatArray:
+    """Each parameter's size (np,) by its own information."""
+    return np.asarray(1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300)))
 
 
 def _gain_within(

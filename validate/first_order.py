@@ -10,7 +10,7 @@ import numpy as np
 from identify.effect import Active
 from identify.fitted import Fitted
 from identify.structure import Structure, null_parameters
-from validate.candidates import extended, normal
+from validate.candidates import extended, normal, reduced_to
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
@@ -18,8 +18,6 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: Directions of scaled parameters that differ less from all others' promise nothing.
 TOLD_APART = 1e-4
-#: What keeps parameters of a fit from standing in for one another without end, in units of their own information.
-DAMPING = 1e-9
 
 
 class FirstOrder(NamedTuple):
@@ -62,23 +60,10 @@ def first_order(
     mine = np.concatenate([np.zeros(0, dtype=np.intp), *(places[k] for k in told)])
     away = (null_parameters(wide) - start)[left_out]
     loss = float(away @ information[np.ix_(left_out, left_out)] @ away - 2.0 * score[left_out] @ away)
-    matrix, rest, followed = _reduced(information, score - information[:, left_out] @ away, own, mine)
+    matrix, rest, followed = reduced_to(information, score - information[:, left_out] @ away, own, mine)
     ends = np.cumsum([len(places[k]) for k in told]).astype(int)
     where = dict(zip(told, np.split(np.arange(len(mine)), ends)[: len(told)], strict=True))
     return FirstOrder(matrix, rest, *_free(wide, mine, start), loss - followed), where
-
-
-def _reduced(
-    information: FloatArray, score: FloatArray, own: Places, mine: Places
-) -> tuple[FloatArray, FloatArray, float]:
-    """Matrix and score of parameters ``mine``, with ``own`` free to follow, scaled; and what ``own`` gain alone."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    m, s = information * scale * scale[:, None], score * scale
-    damped = m[np.ix_(own, own)] + DAMPING * np.eye(len(own))
-    follow = np.linalg.solve(damped, np.column_stack([m[np.ix_(own, mine)], s[own]]))
-    across = m[np.ix_(mine, own)]
-    matrix = m[np.ix_(mine, mine)] - across @ follow[:, :-1]
-    return matrix, s[mine] - across @ follow[:, -1], float(s[own] @ follow[:, -1])
 
 
 def _free(structure: Structure, mine: Places, at: FloatArray) -> tuple[BoolArray, BoolArray]:

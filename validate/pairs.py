@@ -28,9 +28,6 @@ from validate.refits import refit, step_tolerance
 from validate.score_scatter import scatter
 from validate.search_ends import total
 
-FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-
 #: So many pairs are refitted at most.
 REFITTED = 2
 
