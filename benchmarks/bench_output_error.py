@@ -30,10 +30,10 @@ from identify.first_states import first_states, state_precision
 from identify.fitted import Fitted
 from identify.noise import calibrated
 from identify.output_error import Solution, solve
+from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.reduction import reduce
-from identify.report_fit import covariance_of
 from identify.stretch import Stretch
 from identify.whole_windows import over_whole_logs
 from identify.windows import Problem, cut, moments

@@ -19,10 +19,11 @@ import numpy as np
 from benchmarks.bench_measured import CAMPAIGN, trials_of
 from identify.left_out import errors_in_parts
 from identify.misfit import DRAWS, SMALL
+from identify.parameter_covariance import covariance_of
 from identify.predict import free_run
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import prepare
-from identify.report_fit import covariance_of, make_fit
+from identify.report_fit import make_fit
 from identify.simulate import Measure, parse_order, simulate
 from identify.stretch import Stretch
 from identify.structure import Structure

@@ -14,7 +14,7 @@ from fixtures.effects import World
 from fixtures.sensors import Suite
 from identify.base_fit import fit_from_scratch
 from identify.held_inputs import prepare_best
-from identify.report_fit import covariance_of
+from identify.parameter_covariance import covariance_of
 from ingest import read_log
 from ingest.log import Log
 from preprocess.trials import make_trials

@@ -9,22 +9,15 @@ import numpy as np
 
 from identify.averaged import words_of
 from identify.effect import Active
-from identify.first_states import state_precision
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.fitted import Fitted
-from identify.input_sizes import untold
-from identify.kernel import NX, POSITION
-from identify.misfit import misfit_scale
-from identify.output_error import Solution
+from identify.parameter_covariance import noise_and_misfit
 from identify.physical import physical_notes
 from identify.prepare import Prepared
 from identify.same_columns import merged_into, merged_words, merging, same_columns
-from identify.shared_levels import shared_by_windows
 from identify.slot import Slot
 from identify.structure import Structure
 from identify.term import unit_of
-from identify.wander import Reduction, moved_by_wander
-from identify.windows import Problem, moments
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -36,87 +29,12 @@ UNTOLD = 1e3
 MOST_KNOWN = 0.9
 
 
-def covariance_of(fitted: Fitted) -> FloatArray:
-    """Covariance (np, np) of all parameters, with errors as they are correlated (a sandwich).
-
-    The fit weighs every stream by the size of its errors; their slow part counts more than white noise of that size
-    would. Between two inverses of the information stands what the scores vary by. A drift of the position is told by
-    its own size and time constant where it shows (``identify.wander``). Where logs were left out in turn, far from the
-    noise, it is made as large as their errors ask for (``identify.misfit``). What lies anywhere between two values
-    of an input has that uncertainty besides. Where windows were held one against the other it is as wide as they
-    scatter (``identify.scattered``).
-    """
-    solution = fitted.solution
-    covariance = _of_noise(fitted) + np.diag(untold(solution.structure, solution.p, fitted.problem.stretches))
-    if not fitted.refits:
-        return covariance if fitted.wider is None else covariance * np.outer(fitted.wider, fitted.wider)
-    scale = misfit_scale(solution.structure, fitted.problem.stretches, fitted.refits, covariance)
-    return scale**2 * covariance
-
-
-def _of_prior_alone(information: FloatArray, prior: FloatArray) -> FloatArray:
-    """Information (np, np) without what rounding alone made: of a prediction that all but runs away little is left."""
-    lost = ~(np.diag(information) >= np.diag(prior))
-    if not lost.any():
-        return information
-    return np.where(lost[:, None] | lost, prior, np.nan_to_num(information))
-
-
-def _inverse(matrices: FloatArray) -> FloatArray:
-    """Inverses of information matrices (w, k, k), however unlike the sizes of their parameters are."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrices, axis1=1, axis2=2), 1e-300))
-    both = scale[:, :, None] * scale[:, None, :]
-    return np.asarray(np.linalg.inv(matrices * both + 1e-13 * np.eye(matrices.shape[1])) * both, dtype=float)
-
-
-def _of_noise(fitted: Fitted) -> FloatArray:
-    """What the errors' size and their slow part make of the covariance (np, np)."""
-    problem, solution = fitted.problem, fitted.solution
-    known = state_precision(solution.structure)
-    plain = np.nan_to_num(_matrices(problem, solution))
-    prior = np.diag(1.0 / fitted.prior.sd**2)
-    states = _inverse(plain[:, :NX, :NX] + np.diag(known))
-    slope = states @ plain[:, :NX, NX:]
-    own = np.broadcast_to(np.eye(len(prior)), (len(slope), len(prior), len(prior)))
-    through = np.concatenate([-slope, own], axis=1)
-    information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
-    information = _of_prior_alone(information, prior)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
-    shared = shared_by_windows(problem, solution, through)
-    if fitted.disturbed is not None:
-        white = replace(problem, inflation=problem.inflation**2 / fitted.disturbed.left)
-        varied = _matrices(white, solution) + fitted.disturbed.varied
-        varied[:, range(NX), range(NX)] += known
-        spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
-        spread = spread if shared is None else spread + shared
-        return np.asarray(inverse @ spread @ inverse, dtype=float)
-    moved = moved_by_wander(problem, solution, Reduction(states, through, inverse))
-    varied = _matrices(_counted(problem, drifts=moved is not None), solution)
-    varied[:, range(NX), range(NX)] += known
-    spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
-    spread = spread if shared is None else spread + shared
-    return np.asarray(inverse @ spread @ inverse + (0.0 if moved is None else moved), dtype=float)
-
-
-def _matrices(problem: Problem, solution: Solution) -> FloatArray:
-    """Moments (w, 8 + np, 8 + np) of first states and parameters at a solution, under a problem's weights."""
-    return moments(problem, solution.structure, solution.p, solution.first).matrices[:, :-1, :-1]
-
-
-def _counted(problem: Problem, *, drifts: bool) -> Problem:
-    """Weights under which the moments are what the scores vary by; of a position that drifts the white part alone."""
-    inflation = problem.inflation / problem.dispersion
-    if drifts:
-        inflation[POSITION] = problem.inflation[POSITION] ** 2
-    return replace(problem, inflation=inflation)
-
-
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:
     """The data shape of a solution; the inputs' lead and other nuisances go into the notes."""
     structure, same = fitted.solution.structure, fitted.remembered(same_columns)
     merge = merging(same, len(fitted.solution.p))
-    p, covariance = merge @ fitted.solution.p, merge @ covariance_of(fitted) @ merge.T
+    alone, misfit = noise_and_misfit(fitted)
+    p, covariance = merge @ fitted.solution.p, misfit**2 * (merge @ alone @ merge.T)
     own = [k for k, s in enumerate(structure.slots) if s.effect < 0 and not s.nuisance]
     held = fitted.solution.held & (p == fitted.solution.p)
     told = {k: _coefficient(structure.slots[k], float(p[k]), covariance[k, k], bool(held[k])) for k in own}
@@ -137,7 +55,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
         tuple(effects), rows @ covariance @ rows.T, fitted.chi2_per_dof, fitted.solution.stopped.value,
-        prepared.digest, tuple(notes), structure.u0_at(p), *_typical_and_largest(prepared),
+        prepared.digest, tuple(notes), structure.u0_at(p), *_typical_and_largest(prepared), misfit,
     )  # fmt: skip
     return replace(fit, notes=(*fit.notes, *physical_notes(fit)))
 

@@ -11,7 +11,7 @@ from identify.fitted import NEAR, Fitted
 from identify.in_common import in_common
 from identify.noise import calibrated
 from identify.output_error import solve
-from identify.report_fit import covariance_of
+from identify.parameter_covariance import covariance_of
 from identify.scattered import with_scatter
 from identify.windows import cut
 from preprocess.cores import side_by_side

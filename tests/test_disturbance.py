@@ -15,9 +15,9 @@ from identify.disturbed import blocks_in, unit_answers
 from identify.drive import drive
 from identify.first_states import first_states
 from identify.output_error import solve
+from identify.parameter_covariance import _inverse, _of_prior_alone, covariance_of
 from identify.predict import run
 from identify.prepare import prepare
-from identify.report_fit import _inverse, _of_prior_alone, covariance_of
 from identify.whole_windows import over_whole_logs
 from identify.windows import moments
 

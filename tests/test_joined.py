@@ -15,9 +15,9 @@ from identify.chain import chain_of, spreads
 from identify.fitted import FAR
 from identify.free_running import free_running_misfit
 from identify.joined import JUMPS, join
+from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.whole_logs import joined_from_simple, lean_structure, regression_start
 from identify.whole_windows import over_whole_logs
 

@@ -12,9 +12,9 @@ from identification_samples import trials_of
 from identify.base_fit import fit_from_scratch
 from identify.left_out import CAP, Refit, Regularised, errors_in_parts, groups_of, joined_regularised
 from identify.misfit import misfit_scale
+from identify.parameter_covariance import covariance_of
 from identify.predict import free_run
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.whole_logs import joined_from_simple, regression_start
 
 

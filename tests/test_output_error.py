@@ -21,11 +21,12 @@ from identify.effects import CURRENT
 from identify.first_states import first_states
 from identify.fit_with import fit_with
 from identify.output_error import Stopped, prior_for, solve
+from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.reduction import reduce
 from identify.regression import coefficient_scales, couples, start_by_regression
-from identify.report_fit import covariance_of, fitted_effect, make_fit
+from identify.report_fit import fitted_effect, make_fit
 from identify.settled import settled
 from identify.stretch import SUBSTEPS
 from identify.structure import null_parameters

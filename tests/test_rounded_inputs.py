@@ -14,8 +14,9 @@ from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
 from identify.noise import calibrated_anew
+from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
-from identify.report_fit import covariance_of, make_fit
+from identify.report_fit import make_fit
 from identify.rounded_inputs import held_levels, levels_in, rounding_of
 from identify.shared_levels import shared_by_windows
 from identify.structure import null_parameters

@@ -11,8 +11,8 @@ from scipy import stats
 
 from identify.base_fit import fit_from_scratch
 from identify.fitted import Fitted
+from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.scattered import EXPECTED, _root, _scatter, _unfitted, with_scatter
 
 

@@ -17,7 +17,7 @@ from identify.effects import EFFECTS
 from identify.fit import Estimated, Fit
 from identify.report_fit import fitted_effect
 from identify.simulate import Order, parse_order, rebuild, simulate
-from identify.simulate.manoeuvre import draw
+from identify.simulate.drawn import draw
 from identify.simulate.measures import crossing, imo_limits
 from identify.simulate.plant import corners
 from identify.structure import null_parameters

@@ -77,3 +77,21 @@ def test_a_manoeuvre_that_many_draws_cannot_sail_has_no_intervals():
     assert math.isfinite(found["advance"].value)
     assert all(math.isnan(m.low) and math.isnan(m.stderr) for m in found.measures)
     assert any("no interval is given" in note for note in found.notes)
+
+
+def runaway(spread, **options):
+    fit = fit_of({("r", "r"): -0.05, ("r", "δ"): 0.4}, "nomoto1", (RUDDER,), spread=spread, **options)
+    return simulate(fit, Order("circle", 0.3, speed=1.0, samples=60))
+
+
+def test_standard_errors_that_account_for_logs_left_out_hold_to_first_order():
+    found, near = runaway(1.2, misfit=3.0), runaway(0.012)
+    assert found.failed > 0.1
+    for measure, small in zip(found.measures, near.measures, strict=True):
+        assert measure.low <= measure.value <= measure.high
+        assert measure.stderr == pytest.approx(100.0 * small.stderr, rel=0.05)
+    assert any("small draws, made larger in proportion" in note for note in found.notes)
+
+
+def test_whole_draws_that_can_be_sailed_are_the_intervals_far_from_the_noise_too():
+    assert runaway(0.06, misfit=3.0).measures == runaway(0.06).measures

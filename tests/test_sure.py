@@ -13,8 +13,8 @@ from identify.base_fit import fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.effect import Active
 from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, SHALLOW_WATER, WIND_UNSEEN
+from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.structure import null_parameters
 from validate import sure
 from validate.candidates import candidates

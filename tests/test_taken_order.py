@@ -13,8 +13,8 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
+from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.stretch import Samples
 from identify.taken_order import as_in, by_clocks, in_order_taken
 from identify.windows import BEFORE, SHARE_BEFORE, cut

@@ -15,9 +15,9 @@ from identify.fitted import Fitted
 from identify.kernel import POSITION
 from identify.noise import calibrated
 from identify.output_error import solve
+from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
-from identify.report_fit import covariance_of
 from identify.wander import Reduction, moved_by_wander
 from identify.windows import cut
 

@@ -15,9 +15,9 @@ from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
 from identify.kernel import POSITION
 from identify.output_error import Prior, Solution, information_of, prior_for, solve
+from identify.parameter_covariance import covariance_of
 from identify.reduction import Reduced
 from identify.regression import coefficient_scales, start_by_regression
-from identify.report_fit import covariance_of
 from identify.settled import settled
 from identify.stretch import Stretch
 from identify.taken_order import as_in

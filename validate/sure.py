@@ -19,7 +19,7 @@ from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.free_running import free_running_errors
 from identify.output_error import Prior, information_of, solve
-from identify.report_fit import covariance_of
+from identify.parameter_covariance import covariance_of
 from identify.structure import null_parameters
 from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side

@@ -8,8 +8,9 @@ import numpy as np
 
 from identify.effect import Active
 from identify.fitted import FAR, NEAR, Fitted
+from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared
-from identify.report_fit import covariance_of, fitted_effect
+from identify.report_fit import fitted_effect
 from identify.swell import Swell
 from preprocess.cores import side_by_side
 from validate.advice import advice_for

@@ -22,9 +22,10 @@ from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.noise import calibrated
 from identify.output_error import prior_for, solve
+from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared, prepare
 from identify.regression import coefficient_scales, start_by_regression
-from identify.report_fit import covariance_of, fitted_effect
+from identify.report_fit import fitted_effect
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.windows import cut

@@ -30,12 +30,15 @@ class Draws:
         Tracks of some of those that did not fail; NaN after their end.
     count, failed : int
         Draws, and those of them that ran away or did not come to the first measure.
+    linear : bool
+        The values are what their slopes make of the draws: too many whole ones failed.
     """
 
     values: Mapping[str, FloatArray]
     tracks: FloatArray
     count: int
     failed: int
+    linear: bool = False
 
     @property
     def failed_share(self) -> float:
@@ -69,6 +72,8 @@ def remarks(draws: Draws, measures: Sequence[Measure]) -> list[str]:
     """What draws that failed mean for the measures, as sentences."""
     if not draws.failed > FEW * draws.count:
         return [*_few_failed(draws), *_not_so_far(draws, measures)]
+    if draws.linear:
+        return [_to_first_order(draws), *_not_so_far(draws, measures)]
     said = f"{_begin(draws)}: the uncertainty is larger than can be said, and no interval is given."
     return [said, *_most_failed(draws)]
 
@@ -79,6 +84,13 @@ def _begin(draws: Draws) -> str:
 
 def _few_failed(draws: Draws) -> list[str]:
     return [f"{_begin(draws)}; the intervals are those of the rest."] if draws.failed else []
+
+
+def _to_first_order(draws: Draws) -> str:
+    return (
+        f"{_begin(draws)}: the intervals are those of small draws, made larger in proportion, as the standard errors "
+        "account for logs left out. They say nothing of a vessel that runs away."
+    )
 
 
 def _most_failed(draws: Draws) -> list[str]:

@@ -11,8 +11,9 @@ import numpy as np
 from identify.effect import Active
 from identify.fit import Fit
 from identify.simulate.circle import measure_circle, run_circle, short_of_circle
+from identify.simulate.drawn import drawn
 from identify.simulate.helm import assumed, driven, helm_for, require_steering, shape_of
-from identify.simulate.intervals import Draws, measure_of, remarks
+from identify.simulate.intervals import measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
 from identify.simulate.plant import GRAVITY, Plant, Track, balanced_speed, sail, throttle_for
@@ -100,7 +101,9 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     track, values, short = perform(plant, order)
     if not track.finite:
         raise DataError(f"{order.title}: the model runs away; it cannot be simulated here.")
-    draws = _uncertainty(plant, order, seed)
+    draws = drawn(
+        plant, values, lambda one: perform(one, order)[:2], order.samples, seed, linear=fit.misfit > 1.0
+    )
     limits = imo_limits(order.kind, order.helm, fit.vessel.length, plant.speed)
     measures = tuple(
         measure_of(n, v, draws.values.get(n, np.zeros(0)), limits.get(n)) for n, v in values.items()
@@ -208,42 +211,3 @@ def perform(plant: Plant, order: Order) -> tuple[Track, dict[str, float], str]:
     }[order.kind]
     track = run(plant, order)
     return track, measure(track, order), short(track, order)
-
-
-def draw(rebuilt: Rebuilt, count: int, seed: int) -> FloatArray:
-    """Parameter vectors (count, np) from their covariance, within their bounds.
-
-    What leaves its bounds is brought back to them, and what goes with it comes along: of two of which only
-    the sum is known, one at its bound leaves the other to make up for it.
-    """
-    rng = np.random.default_rng(seed)
-    covariance = rebuilt.covariance
-    values, vectors = np.linalg.eigh(covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = rebuilt.p + rng.standard_normal((count, len(rebuilt.p))) @ root.T
-    low, high = (np.array([s.parameter.bounds[k] for s in rebuilt.structure.slots]) for k in (0, 1))
-    for k in np.nonzero((np.isfinite(low) | np.isfinite(high)) & (np.diag(covariance) > 0.0))[0]:
-        back = np.clip(drawn[:, k], low[k], high[k]) - drawn[:, k]
-        drawn += np.outer(back, covariance[:, k] / covariance[k, k])
-    return np.asarray(np.clip(drawn, low, high), dtype=float)
-
-
-def _uncertainty(plant: Plant, order: Order, seed: int) -> Draws:
-    """The manoeuvre over draws of the parameters."""
-    found: list[dict[str, float]] = []
-    tracks: list[FloatArray] = []
-    for p in draw(plant.rebuilt, order.samples, seed):
-        track, values, _ = perform(plant.with_parameters(p), order)
-        good = track.finite and any(math.isfinite(v) for v in values.values())
-        found.append(values if good else dict.fromkeys(values, math.nan))
-        tracks += [track.states[:, :2]] if good else []
-    arrays = {n: np.array([f[n] for f in found]) for n in (found[0] if found else ())}
-    return Draws(arrays, _padded(tracks[:30]), len(found), len(found) - len(tracks))
-
-
-def _padded(tracks: list[FloatArray]) -> FloatArray:
-    longest = max((len(t) for t in tracks), default=0)
-    out = np.full((len(tracks), longest, 2), np.nan)
-    for row, track in zip(out, tracks, strict=True):
-        row[: len(track)] = track
-    return out

@@ -19,7 +19,7 @@ from validate.report.schema import MODEL, ModelEffectEntry, ModelFile, ModelPara
 #: What of a fit goes into ``provenance``, under its own name.
 FROM_FIT = (
     "estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest", "notes", "u0", "typical_inputs",
-    "largest_inputs",
+    "largest_inputs", "misfit",
 )  # fmt: skip
 
 
@@ -100,6 +100,7 @@ def read_model(path: Path) -> Fit:
         u0=provenance.get("u0"),
         typical_inputs=provenance.get("typical_inputs") or {},
         largest_inputs=provenance.get("largest_inputs") or {},
+        misfit=float(provenance.get("misfit") or 1.0),
     )
 
 
