@@ -28,6 +28,8 @@ class Finding:
         The topic that it concerns.
     count : int
         How many records it stands for.
+    signal : str, optional
+        The signal whose unit was guessed, as ``Source.name`` gives it: a campaign that states it knows better.
     """
 
     kind: str
@@ -36,6 +38,7 @@ class Finding:
     length: int | None = None
     topic: str | None = None
     count: int = 1
+    signal: str | None = None
 
 
 @dataclass(frozen=True)

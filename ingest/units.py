@@ -80,6 +80,19 @@ EXPONENTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1"})
 FACTOR = re.compile(r"(?P<name>.*?)(?:\^|\*\*)?(?P<power>-?[1-9])?$")
 
 
+#: What the units of a quantity look like, whatever their size; of others any may be.
+MEASURES: dict[str, re.Pattern[str]] = {
+    "heading": re.compile(r".{0,2}(deg|rad|°|percent|%)[^/]*"),
+    "yaw_rate": re.compile(r".*/.*|dps|degps|radps|rpm|RPM|rps"),
+    "velocity": re.compile(r".+/.+|kn|kts?|knots?|mps|kph|kmh|mph|fps"),
+}
+
+
+def measures(quantity: str, unit: str) -> bool:
+    """Whether a unit may be one of a quantity (``heading``, ``yaw_rate``, ``velocity``)."""
+    return quantity not in MEASURES or MEASURES[quantity].fullmatch(unit.strip()) is not None
+
+
 class UnknownUnit(ValueError):
     """A unit that is not in the table."""
 

@@ -85,7 +85,14 @@ def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel, ac
     sender = sender_of(log, source) if source.quantity in ("position", "velocity") else None
     raw = Raw(source.quantity, t, np.empty(0), flagged, source, stated=stated, unsure=unsure, sender=sender)
     raw = _CONVERT[source.quantity](raw, columns, rows)
-    return _corrected(raw, sensor, vessel)
+    return _corrected(_once(raw), sensor, vessel)
+
+
+def _once(raw: Raw) -> Raw:
+    """The samples without those that are the one before them once more, at the same time: they say nothing new."""
+    value = raw.value.reshape(len(raw.t), -1)
+    new = (np.diff(raw.t) != 0.0) | (np.diff(value, axis=0) != 0.0).any(axis=1)
+    return raw if new.all() else kept(raw, np.append(True, new))
 
 
 def stated_accuracy(source: Source, rows: pd.DataFrame) -> FloatArray | None:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from ingest.errors import MissingQuantity, MissingSignal
+from ingest.errors import CampaignError, MissingQuantity, MissingSignal
 from ingest.log import SOURCE, Log, Source
 from ingest.sender import sender_of
 from ingest.tabular.naming import latitude_and_longitude, sources_of
 from ingest.tabular.positions import POLE, no_degrees
+from ingest.units import measures
 from preprocess.trial import FloatArray
 from preprocess.vessel import Sensor
 
@@ -145,7 +146,7 @@ def declared_source(log: Log, sensor: Sensor) -> Source:
 
     Raises
     ------
-    MissingSignal
+    MissingSignal, CampaignError
     """
     key = f"sensors.{sensor.quantity}"
     columns = {_component(c): find_column(log, s, f"{key}.{c}") for c, s in sensor.signals.items()}
@@ -156,7 +157,7 @@ def declared_source(log: Log, sensor: Sensor) -> Source:
         raise MissingSignal(log.path, key, names, log.signals, " in one topic")
     fields = {k: c.field if c.element is None else f"{c.field}[{c.element}]" for k, c in columns.items()}
     known = _known(log, sensor, topic, fields)
-    unit = sensor.unit or (known.unit if known else None) or _stated_unit(log, topic, fields) or ""
+    unit = sensor.unit or (known.unit if known else None) or _stated_unit(log, sensor, topic, fields) or ""
     options: dict[str, object] = dict(known.options) if known else {}
     if sensor.reference:
         options["reference"] = sensor.reference
@@ -178,9 +179,19 @@ def _known(log: Log, sensor: Sensor, topic: str, fields: Mapping[str, str]) -> S
     return replace(same[0], device=sensor.source) if same else None
 
 
-def _stated_unit(log: Log, topic: str, fields: Mapping[str, str]) -> str | None:
+def _stated_unit(log: Log, sensor: Sensor, topic: str, fields: Mapping[str, str]) -> str | None:
+    """The unit that the log states of a quantity's columns.
+
+    Raises
+    ------
+    CampaignError
+        It is none that the quantity could have.
+    """
     for field in reversed(list(fields.values())):
         unit = log.units.get((topic, field)) or _unit_in_name(field)
+        if unit and not measures(sensor.quantity, unit):
+            key = f"sensors.{sensor.quantity}.unit"
+            raise CampaignError(log.path, key, f"the unit of '{field}'", f"none, and the log states '{unit}'")
         if unit:
             return unit
     return None

@@ -216,7 +216,15 @@ def read_logs(campaign: Campaign, workers: int = 1, progress: Progress = silent)
     for done in map_tasks(read, campaign.logs, workers if total > WORTH_PROCESSES else 1):
         logs[done.index] = done.result()
         progress("ingest", campaign.logs[done.index].path, len(logs) / len(campaign.logs))
-    return [logs[index] for index in sorted(logs)]
+    return [without_guesses(logs[index], campaign) for index in sorted(logs)]
+
+
+def without_guesses(log: Log, campaign: Campaign) -> Log:
+    """A log that says nothing of units which were guessed where the campaign states them."""
+    sensors = [(s.signals.values(), s.unit) for s in campaign.sensors]
+    inputs = [([i.signal], i.unit or i.pwm) for i in campaign.inputs]
+    stated = {signal for signals, unit in (*sensors, *inputs) if unit for signal in signals}
+    return replace(log, findings=tuple(f for f in log.findings if f.signal is None or f.signal not in stated))
 
 
 def read_entry(entry: LogEntry, dbc: Path | None = None) -> Log:

@@ -67,7 +67,9 @@ def test_the_mark_of_utf_8_costs_nothing(stamped):
 
 def test_quantities():
     bodies = [*SAMPLES, "IIRPM,S,2,1700.2,45.0,A", "WIMWV,10.0,T,7.0,K,A"]
-    raw = b"".join(nmea(b) for _ in range(3) for b in bodies) + b"".join(drive(3))
+    raw = b"".join(nmea(b.replace("101112", f"10111{k}")) for k in range(3) for b in bodies) + b"".join(
+        drive(3)
+    )
     tables = decode_stream(raw).tables
     sources = sources_of(tables)
     assert {s.quantity for s in sources} == {

@@ -181,6 +181,11 @@ def test_no_clock_is_said():
         ("windSpeed_kn", ("wind_speed", "kn")),
         ("pos_n", ("pos_n", "")),
         ("n (rpm)", ("n", "rpm")),
+        ("time_boot_ms", ("time_boot", "ms")),
+        ("vn_ms", ("vn", "m/s")),
+        ("sog_ms", ("sog", "m/s")),
+        ("surge_speed_ms", ("surge_speed", "m/s")),
+        ("true_wind_speed_ms", ("true_wind_speed", "m/s")),
     ],
 )
 def test_units_in_names(name, expected):

@@ -1,12 +1,22 @@
 """Units that no column of a table states follow from the signals beside it, or else from the size of the values."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from ingest.errors import CampaignError
+from ingest.log import Log
 from ingest.tabular.delimited import timed
 from ingest.tabular.naming import sources_of
 from ingest.tabular.unstated import guess_angle_unit
+from ingest.units import measures
+from preprocess.resolve import declared_source
+from preprocess.vessel import Sensor
+from seatrial import load_campaign
+from seatrial.pipeline import read_logs
 
 DEG = np.degrees(1.0)
 
@@ -97,3 +107,46 @@ def test_what_a_unit_was_taken_from_is_said():
     (note,) = timed(table, {}).findings
     assert note.message == "'heading' states no unit; taken as deg from the course over the track"
     assert sources_of(table.set_axis(np.arange(len(table)) * 50_000_000), {})
+
+
+def test_a_campaign_that_states_a_unit_hears_no_guess(tmp_path):
+    run = zigzag()
+    degrees = DEG * run["psi"]
+    table = pd.DataFrame(
+        {"t": run["t"], "x": run["x"], "y": run["y"], "Kurs": degrees, "rudder": degrees / 9}
+    )
+    table.to_csv(tmp_path / "a.csv", index=False)
+    text = (
+        '[vessel]\nname = "a"\nlength = 2.0\nbeam = 0.5\n[inputs.rudder]\nkind = "rudder"\nsignal = "rudder"\n{}'
+        '[sensors.heading]\nsignal = "Kurs"\nunit = "deg"\n[model]\nname = "nomoto1"\n[[log]]\npath = "a.csv"\n'
+    )
+    said = []
+    for unit in ("", 'unit = "deg"\n'):
+        (tmp_path / "campaign.toml").write_text(text.format(unit))
+        (log,) = read_logs(load_campaign(tmp_path / "campaign.toml"))
+        said.append([f.message for f in log.findings if "states no unit" in f.message])
+    assert said == [["'rudder' states no unit; taken as deg from its values"], []]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "fits"),
+    [
+        ("velocity", "m/s", True), ("velocity", "kn", True), ("velocity", "ms", False), ("velocity", "m", False),
+        ("heading", "deg", True), ("heading", "cdeg", True), ("heading", "deg/s", False), ("heading", "ms", False),
+        ("yaw_rate", "deg/min", True), ("yaw_rate", "mrad/s", True), ("yaw_rate", "deg", False),
+        ("position", "degE7", True),
+    ],
+)  # fmt: skip
+def test_what_a_quantity_is_measured_in(quantity, unit, fits):
+    assert measures(quantity, unit) == fits
+
+
+def test_a_unit_that_a_quantity_cannot_have_is_refused():
+    table = pd.DataFrame({"a [s]": [1.0], "b [s]": [2.0]}, index=pd.Index([0], name="t_ns"))
+    log = Log(Path("x.csv"), "csv", {"": table}, {("", c): "s" for c in table})
+    sensor = Sensor("velocity", {"north": "a [s]", "east": "b [s]"})
+    with pytest.raises(
+        CampaignError, match=r"sensors\.velocity\.unit: expected the unit of 'b \[s\]'.*states 's'"
+    ):
+        declared_source(log, sensor)
+    assert declared_source(log, replace(sensor, unit="m/s")).unit == "m/s"

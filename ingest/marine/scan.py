@@ -52,6 +52,11 @@ class Records:
     prefix: NDArray[np.int64]
     damage: NDArray[np.int64]
 
+    def without(self, some: NDArray[np.bool_]) -> Records:
+        """All but some (n,) of the records."""
+        kept = ~some
+        return Records(self.kind[kept], self.start[kept], self.end[kept], self.prefix[kept], self.damage)
+
 
 def scan(data: Bytes) -> Records:
     """Find every record with a right checksum, and what lies between them.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from ingest.log import Finding
 from ingest.marine.accuracy import with_accuracy
-from ingest.marine.epochs import Timeline, timeline
+from ingest.marine.epochs import UNKNOWN, Timeline, timeline
 from ingest.marine.rules import units_of
 from ingest.marine.scan import RTCM3, Bytes, Records, scan
-from ingest.marine.sentences import sentence_rows
+from ingest.marine.sentences import Rows, sentence_rows
 from ingest.marine.stamps import Stamps, host_stamps
-from ingest.marine.ubx import message_rows
+from ingest.marine.ubx import Messages, message_rows
+from ingest.repeats import repeated, said
 
 #: Damaged stretches beyond so many are counted in one finding.
 MOST_FINDINGS = 10_000
@@ -76,10 +77,12 @@ def decode_stream(
     records = scan(array)
     if not len(records.kind):
         raise ValueError("no NMEA sentence or UBX frame with a right checksum")
-    host = _arrivals(records, arrival) if arrival is not None else host_stamps(array, records)
-    sentences, notes = sentence_rows(array, records, topics)
-    messages = message_rows(array, records, topics)
-    line = timeline(len(records.kind), sentences, messages, host)
+    placed = _placed(array, records, arrival, topics)
+    twice = _twice(array, records, placed) if arrival is None else np.zeros(0, bool)
+    if twice.any():
+        records = records.without(twice)
+        placed = _placed(array, records, arrival, topics)
+    sentences, messages, line = placed.sentences, placed.messages, placed.line
     tables = {}
     decoded = {t: (r.table, r.record) for t, r in sentences.items()}
     decoded |= {t: (m.table, m.record) for t, m in messages.items()}
@@ -92,12 +95,49 @@ def decode_stream(
         tables=tables,
         units=units_of(tables),
         utc_of_zero=line.utc_of_zero,
-        findings=(*damage, *_skipped(records), *notes, *line.findings),
+        findings=(*damage, *_skipped(records), *said(twice), *placed.notes, *line.findings),
         messages=len(records.kind),
         bytes_damaged=bad,
         remainder=_remainder(array, records),
         unsure=_unsure(line, {topic: record for topic, (_, record) in decoded.items() if topic in tables}),
     )
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """What records hold, when, and by which stamps of the host (None without)."""
+
+    sentences: Mapping[str, Rows]
+    messages: Mapping[str, Messages]
+    notes: Sequence[Finding]
+    host: Stamps | None
+    line: Timeline
+
+
+def _placed(
+    array: Bytes,
+    records: Records,
+    arrival: tuple[NDArray[np.int64], NDArray[np.int64]] | None,
+    topics: frozenset[str] | None,
+) -> _Placed:
+    host = _arrivals(records, arrival) if arrival is not None else host_stamps(array, records)
+    sentences, notes = sentence_rows(array, records, topics)
+    messages = message_rows(array, records, topics)
+    return _Placed(sentences, messages, notes, host, timeline(len(records.kind), sentences, messages, host))
+
+
+def _twice(array: Bytes, records: Records, placed: _Placed) -> NDArray[np.bool_]:
+    """Which records (n,) are those before them once more."""
+    host, stated = placed.host, placed.line.stated
+    times, known = (stated, stated != UNKNOWN) if host is None else (host.ns, host.good)
+
+    def alike(a: int, b: int, count: int) -> bool:
+        if b + count > len(records.start):
+            return False
+        of_a, of_b = (array[records.start[k] : records.end[k + count - 1]] for k in (a, b))
+        return np.array_equal(of_a, of_b)
+
+    return repeated(times, known, alike)
 
 
 def _unsure(line: Timeline, records: Mapping[str, NDArray[np.int64]]) -> dict[str, float]:

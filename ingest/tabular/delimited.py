@@ -13,11 +13,12 @@ import pandas as pd
 from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
+from ingest.repeats import repeated, said
 from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of, with_whole_fields
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.positions import in_degrees
-from ingest.tabular.timeline import Clock, clock_of
+from ingest.tabular.timeline import Clock, Nanoseconds, clock_of
 from ingest.tabular.unstated import GUESSED
 
 TOPIC = ""
@@ -108,7 +109,8 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
     findings = _remarks(clock)
     table = table if clock.good.all() else table[clock.good]
-    ns, strayed = without_strays(clock.ns[clock.good])
+    table, ns, twice = _once(table, clock.ns[clock.good])
+    ns, strayed = without_strays(ns)
     ns, clock_findings = continue_clock(ns)
     table = table.set_axis(pd.Index(ns, name="t_ns"), axis=0)
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
@@ -118,10 +120,21 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         tables={topic: table},
         units={(topic, c): u for c, u in stated.items() if u},
         utc_of_index_zero_ns=0 if clock.utc else None,
-        findings=(*findings, *strayed, *clock_findings, *positions, *_guessed(sources)),
+        findings=(*findings, *twice, *strayed, *clock_findings, *positions, *_guessed(sources)),
         messages=len(table),
         sources=sources,
     )
+
+
+def _once(table: pd.DataFrame, ns: Nanoseconds) -> tuple[pd.DataFrame, Nanoseconds, list[Finding]]:
+    """A table and its times without blocks of rows that follow their like."""
+    if not (np.diff(ns) < 0).any():
+        return table, ns, []
+    rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
+    twice = repeated(
+        ns, np.ones(len(ns), bool), lambda a, b, n: np.array_equal(rows[a : a + n], rows[b : b + n])
+    )
+    return table[~twice], ns[~twice], said(twice, TOPIC)
 
 
 def _remarks(clock: Clock) -> list[Finding]:
@@ -133,13 +146,12 @@ def _remarks(clock: Clock) -> list[Finding]:
 
 
 def _guessed(sources: tuple[Source, ...]) -> list[Finding]:
-    return [
-        Finding(
-            "note", f"'{s.name}' states no unit; taken as {s.unit} from {s.options[GUESSED]}", topic=s.topic
-        )
-        for s in sources
-        if GUESSED in s.options
-    ]
+    return [_guess(s) for s in sources if GUESSED in s.options]
+
+
+def _guess(source: Source) -> Finding:
+    said = f"'{source.name}' states no unit; taken as {source.unit} from {source.options[GUESSED]}"
+    return Finding("note", said, topic=source.topic, signal=source.name)
 
 
 def _whole_lines(lines: Lines, width: int) -> np.ndarray:

@@ -40,6 +40,9 @@ _SUFFIXES = sorted((s for s in UNITS if s not in _BRACKETS_ONLY), key=len, rever
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
+_SPEED = re.compile(r"(^|_)(speed|velocity|vel|sog|stw)(_|$)")
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is a unit (or a dash, which stands for none)."""
     return text.strip().lower() in UNITS or text.strip() in {"-", "1"}
@@ -52,6 +55,8 @@ def split_unit(name: str) -> tuple[str, str]:
     --------
     >>> split_unit("Heading [deg]"), split_unit("r_deg_s"), split_unit("windSpeed_kn"), split_unit("thrust")
     (('heading', 'deg'), ('r', 'deg/s'), ('wind_speed', 'kn'), ('thrust', ''))
+    >>> split_unit("boot_ms"), split_unit("vn_ms")
+    (('boot', 'ms'), ('vn', 'm/s'))
     """
     bracketed = _BRACKETS.match(name)
     if bracketed and bracketed[2].lower() in UNITS:
@@ -59,8 +64,15 @@ def split_unit(name: str) -> tuple[str, str]:
     flat = plain(name)
     for suffix in _SUFFIXES:
         if flat.endswith("_" + suffix):
-            return flat[: -len(suffix) - 1], UNITS[suffix]
+            stem = flat[: -len(suffix) - 1]
+            return stem, "m/s" if suffix == "ms" and _says_speed(stem) else UNITS[suffix]
     return flat, ""
+
+
+def _says_speed(stem: str) -> bool:
+    """Whether a name without its unit is one of a speed: its ``ms`` are metres per second."""
+    speeds = (e for p in _PATTERNS for c, e in p.components if c == "speed" or p.unit == "m/s")
+    return bool(_SPEED.search(stem)) or any(re.fullmatch(e, stem) for e in speeds)
 
 
 def plain(name: str) -> str:
