@@ -18,6 +18,7 @@ from validate.each_input import on_each_input
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.finalists import FINALISTS, astray, finalists
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
+from validate.log_sets import in_likeliest_sets, ways
 from validate.pace import ANOTHER, LAST, Pace
 from validate.pairs import best_pair
 from validate.refits import under
@@ -135,11 +136,12 @@ def _turn(
     actives = [a for a in candidates(fitted.solution.structure) if a.effect.name not in barred]
     pace.expect(1 + FINALISTS, ANOTHER + LAST)
     pace(f"a look at {len(actives)} causes")
-    screened = screen(fitted, actives)
+    screened = screen(fitted, [*actives, *in_likeliest_sets(fitted, actives)])
     chosen = finalists(fitted, screened, thorough)
     chosen = [replace(s, leads=False) for s in chosen] if again else chosen
     pace.expect(len(chosen), (ANOTHER if chosen else 0.0) + LAST)
-    base, judged = judge(fitted, chosen, len(actives), pace) if chosen else (fitted, [])
+    tried = len(actives) + ways(fitted, actives)
+    base, judged = judge(fitted, chosen, tried, pace) if chosen else (fitted, [])
     worth = [j for j in judged if j.evidence > 0 and _worth_taking(base, j)]
     return Turn(base, tuple(screened), tuple(judged), plainest(worth))
 

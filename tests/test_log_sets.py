@@ -1,0 +1,77 @@
+"""An effect on some logs is looked for in those that it is in, whatever else is missing."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from identify.base_fit import fit_from_scratch
+from identify.prepare import prepare
+from validate.candidates import candidates, screen
+from validate.log_groups import logs_of
+from validate.log_sets import InEach, in_likeliest_sets, ways
+
+CURRENT = Effect("current", {"speed": 0.2, "direction": 0.6})
+MANOEUVRES = ("zigzag", "random", "zigzag", "random", "zigzag")
+
+
+def fitted_of(*effects, manoeuvres=MANOEUVRES):
+    _, trials = trials_of("usv", manoeuvres, 50.0, 4, effects, validate=0)
+    prepared = prepare(trials, "modulus")
+    return fit_from_scratch(prepared.structure, prepared.identify, length=10.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "where"),
+    [("shallow_water", {"factor": 1.3}, (0, 2, 3)), ("mass_change", {"ratio": 1.3}, (1, 2, 4))],
+)
+def test_the_logs_of_an_effect_are_seen_beside_a_current_that_is_missing_too(name, value, where):
+    fitted = fitted_of(Effect(name, value, options={"logs": where}), CURRENT)
+    actives = candidates(fitted.solution.structure)
+    names = sorted({s.name for s in fitted.problem.stretches})
+    sets = [a for a in in_likeliest_sets(fitted, actives) if a.effect.name == name]
+    assert {names[k] for k in where} in [set(logs_of(a)) for a in sets]
+    single = [a for a in actives if a.effect.name == name]
+    most = screen(fitted, [*single, *sets])[0]
+    assert set(logs_of(most.active)) == {names[k] for k in where}
+
+
+def test_of_two_logs_every_choice_is_a_candidate_already():
+    fitted = fitted_of(manoeuvres=MANOEUVRES[:2])
+    actives = candidates(fitted.solution.structure)
+    assert in_likeliest_sets(fitted, actives) == []
+    assert ways(fitted, actives) == 0
+
+
+def test_more_choices_are_more_tries():
+    few, many = (fitted_of(manoeuvres=MANOEUVRES[:k]) for k in (3, 5))
+    assert 0 < ways(few, candidates(few.solution.structure)) < ways(many, candidates(many.solution.structure))
+
+
+def in_each(k, q, seed, either):
+    """Normal equations of a linear problem with columns of its own in every log; in all of them the fit follows."""
+    rng = np.random.default_rng(seed)
+    columns, wanted = rng.normal(size=(40, k, q)), rng.normal(size=40)
+    everywhere, _ = np.linalg.qr(columns.sum(axis=1))
+    flat = columns.reshape(40, k * q)
+    flat, wanted = (x - everywhere @ (everywhere.T @ x) for x in (flat, wanted))
+    every = np.ones(q, dtype=bool)
+    matrix = (flat.T @ flat).reshape(k, q, k, q)
+    return InEach(
+        matrix, (flat.T @ wanted).reshape(k, q), every, every if either else ~every | (np.arange(q) > 0)
+    )
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(3, 6), st.integers(1, 3), st.integers(0, 2**32 - 1), st.booleans())
+def test_the_likeliest_choice_of_logs_is_hardly_beaten_by_any(k, q, seed, either):
+    each = in_each(k, q, seed, either)
+    choices = [np.array(c, dtype=bool) for c in product((False, True), repeat=k)]
+    best, found = max(choices, key=each.gain), each.likeliest()
+    assert each.gain(found) >= 0.8 * each.gain(best)
+    if either:
+        assert not found[0]
