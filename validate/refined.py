@@ -10,6 +10,7 @@ from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.noise import recalibrated
 from identify.output_error import solve
+from identify.settled import settled
 from identify.structure import effects_alone
 from identify.windows import cut
 from validate.refits import step_tolerance
@@ -21,7 +22,9 @@ def refined(fitted: Fitted, length: float) -> Fitted:
     problem = cut(fitted.problem.stretches, length)
     problem = problem.weighted_as(fitted.problem)
     current = drive(structure, p, problem.stretches[0]).current
-    solution = solve(problem, structure, p, first_states(problem, current), fitted.prior, budget=30)
+    begin = settled(problem, structure, p)
+    first = begin.first if np.isfinite(begin.cost) else first_states(problem, current)
+    solution = solve(problem, structure, p, first, fitted.prior, budget=30)
     if not np.isfinite(solution.cost):
         return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
     for _ in range(2):
