@@ -14,6 +14,7 @@ from identify.acting import actuators_of
 from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
+from identify.effects.propulsion import THRUST_AMONG_MANY
 from identify.predict import run, shown
 from identify.report_fit import fitted_effect
 from identify.stretch import SUBSTEPS
@@ -88,7 +89,8 @@ def test_every_effect_says_what_it_is_and_where_it_comes_from(effect):
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: f"{e.name}-{e.place}")
 def test_what_is_reported_is_what_the_contract_names_with_units(effect):
     model = "blanke" if effect.name == "linear_damping" else "linear"
-    structure = structure_of(model, (RUDDER, PROPELLER, *MOTORS), wind_logged=effect.parameters == ())
+    motors = (*MOTORS, replace(MOTORS[0], name="middle")) if effect is THRUST_AMONG_MANY else MOTORS
+    structure = structure_of(model, (RUDDER, PROPELLER, *motors), wind_logged=effect.parameters == ())
     variants = effect.variants(structure.setting)
     assert variants
     active = Active(effect, variants[0])

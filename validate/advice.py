@@ -39,7 +39,7 @@ def advice_for(
     undetermined: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
-    parts = checks_of(taken)
+    parts = [*checks_of(taken), *_either_of_two(taken, outcome)]
     said = {t.fitted.name for t in taken}
     for t in taken:
         if t.look_alikes:
@@ -106,6 +106,25 @@ def checks_of(taken: Sequence[TakenEffect]) -> list[str]:
 
 def _of(inputs: Sequence[str]) -> str:
     return f" of {joined(inputs)}" if inputs else ""
+
+
+def _either_of_two(taken: Sequence[TakenEffect], outcome: Outcome) -> list[str]:
+    """Of two of a kind only the ratio is known: the other may as well be the stronger by as much."""
+    found = []
+    for t in taken:
+        if t.fitted.name == "thrust_asymmetry" and (other := _only_other(t.fitted.input, outcome)):
+            more = 1.0 / max(t.fitted.parameters[0].value, 1e-3)
+            found.append(
+                f"Of two only their ratio is known: {other} may as well give {more:.3g} times {t.fitted.input}."
+            )
+    return found
+
+
+def _only_other(name: str | None, outcome: Outcome) -> str:
+    """The one other input of the kind of an input; "" where there are several, or none."""
+    kinds = {i.name: i.kind for i in outcome.fitted.solution.structure.inputs}
+    others = [n for n, kind in kinds.items() if n != name and kind == kinds.get(name or "")]
+    return others[0] if len(others) == 1 else ""
 
 
 def names_of(labels: Sequence[str]) -> list[str]:

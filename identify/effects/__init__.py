@@ -18,7 +18,13 @@ from identify.effects.hull import (
     RUDDER_FLOW,
     TURNING_RESISTANCE,
 )
-from identify.effects.propulsion import PROPELLER_WALK, THRUST_ASYMMETRY, THRUST_FADE, THRUST_LOSS_WITH_SPEED
+from identify.effects.propulsion import (
+    PROPELLER_WALK,
+    THRUST_AMONG_MANY,
+    THRUST_ASYMMETRY,
+    THRUST_FADE,
+    THRUST_LOSS_WITH_SPEED,
+)
 from identify.effects.sensors import (
     ANTENNA_OFFSET,
     CLOCK_OFFSET,
@@ -41,6 +47,7 @@ EFFECTS: tuple[Effect, ...] = (
     ACTUATOR_OFFSET,
     INPUT_WIRING,
     THRUST_ASYMMETRY,
+    THRUST_AMONG_MANY,
     PROPELLER_WALK,
     THRUST_FADE,
     THRUST_LOSS_WITH_SPEED,

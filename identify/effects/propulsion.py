@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.effect import Effect, Parameter, Setting, Variant
@@ -10,9 +12,16 @@ from identify.term import Term
 THRUSTERS = ("propeller", "thruster", "tunnel")
 
 
-def _one_of_several(setting: Setting) -> list[Variant]:
-    """Each thruster of a kind that has several: the weaker one is named, since that is what is amiss."""
-    return [Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) > 1]
+def _one_of_two(setting: Setting) -> list[Variant]:
+    """Each of two of a kind: the weaker is named, since that is what is amiss, be it that the other is stronger."""
+    return [
+        Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) == 2
+    ]
+
+
+def _one_of_many(setting: Setting) -> list[Variant]:
+    """Each of three or more of a kind: the others say whether it is the weaker or the stronger."""
+    return [Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) > 2]
 
 
 THRUST_ASYMMETRY = Effect(
@@ -23,8 +32,17 @@ THRUST_ASYMMETRY = Effect(
     "Fossen 2011, sec. 9.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.0, 1.0), null=1.0, starts=(0.85, 0.5, 0.2)),),
     gain=lambda p, t: np.full(t.shape, p["ratio"]),
-    variants=_one_of_several,
+    variants=_one_of_two,
 )  # fmt: skip
+
+#: Among three or more of a kind.
+THRUST_AMONG_MANY = replace(
+    THRUST_ASYMMETRY,
+    sentence="One of several thrusters gives less than the others, or more: a fouled or damaged propeller, a weak "
+    "motor, another pitch.",
+    parameters=(Parameter("ratio", "1", 0.1, (0.0, 5.0), null=1.0, starts=(0.85, 0.5, 0.2, 1.25)),),
+    variants=_one_of_many,
+)
 
 
 def _walk(_: Setting, variant: Variant) -> dict[str, Term]:

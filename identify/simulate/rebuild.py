@@ -104,6 +104,11 @@ def _as_tuple(value: object) -> tuple[object, ...]:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
+def _inputs_of(effect: Effect, setting: Setting) -> set[str | None]:
+    """The inputs that an effect could be on."""
+    return {v.input for v in effect.variants(setting)}
+
+
 def _active(fitted: FittedEffect, setting: Setting) -> Active:
     """The declared effect, in the variant that was fitted."""
     options = {k: tuple(v) if isinstance(v, list) else v for k, v in fitted.options.items()}
@@ -113,7 +118,8 @@ def _active(fitted: FittedEffect, setting: Setting) -> Active:
     for effect in same:
         acts_on_inputs = options.get("stream") == "inputs"
         wrong_clock = effect.place == "clock" and bool(effect.input_delay) != acts_on_inputs
-        if named <= reported_names(effect, setting, variant) and not wrong_clock:
+        among_others = effect.place == "propulsion" and fitted.input not in _inputs_of(effect, setting)
+        if named <= reported_names(effect, setting, variant) and not wrong_clock and not among_others:
             return Active(effect, variant)
     if same:
         raise UsageError(f"the effect '{fitted.name}' has parameters that are not known: {sorted(named)}.")
