@@ -140,6 +140,22 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("model", ["nomoto1", "nomoto2"])
+def test_a_band_is_measured_by_what_a_model_predicts(model):
+    """Of surge and sway a model of yaw alone says nothing: no channel of theirs has a say in the band."""
+    sea = WAVES | {"frequency": 2.2}
+    _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), DURATION, 3, (Effect("waves", sea),))
+    prepared = prepare(trials, model)
+    fit = fit_from_scratch(prepared.structure, prepared.identify, rounds=1)
+    spectra = spectra_of(fit)
+    found = measured(fit, spectra, int(np.argmin(np.abs(spectra.omega - sea["frequency"]))), 1e-9)
+    assert found.frequency == pytest.approx(sea["frequency"], rel=0.05)
+    assert found.seen.frequency == pytest.approx(sea["frequency"], rel=0.05)
+    assert 0.0 < found.spread < 0.3 * found.frequency
+    assert set(found.seen.amplitudes) == {"r"}
+    assert found.seen.amplitudes["r"] == pytest.approx(sea["r"], rel=0.35)
+
+
 def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it():
     fit = in_waves(8, **HIGH)
     structure, p = fit.solution.structure, fit.solution.p

@@ -31,7 +31,9 @@ def measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Sw
     shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order
     excess = (by_window(np.abs(spectra.force) ** 2) - level) * shown_as
     logs, within = spectra.log, np.arange(len(spectra.log))
-    weighted = excess[:, core] / level[place]
+    weighted = np.nan_to_num(
+        excess[:, core] / level[place]
+    )  # of what a model does not predict there is nothing
     centre, sharpness = _centroid(spectra, weighted.sum(axis=2), core, within)
     doubt = _within(spectra, level * shown_as, core) * np.sqrt(
         2.0 / np.array([a.freedom[place] for a in around])
@@ -74,7 +76,7 @@ def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tup
     power = np.mean(np.abs(spectra.rate) ** 2, axis=0) / spectra.omega[:, None] ** 2
     level = np.column_stack([around_of(spectra, p).across(place) for p in power.T])
     excess = power - np.nan_to_num(level)
-    weight = np.maximum(excess[core] @ (1.0 / np.maximum(level[place], 1e-300)), 0.0)
+    weight = np.maximum(excess[core] @ np.nan_to_num(1.0 / np.maximum(level[place], 1e-300)), 0.0)
     wide = float(weight @ (spectra.omega[core] - centre) ** 2 / max(weight.sum(), 1e-300))
     narrow = wide - 2.0 * spectra.spacing**2  # what the tapers widen a line by
     spread = math.sqrt(max(narrow, (NARROWEST * centre) ** 2))
