@@ -12,6 +12,7 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.prepare import prepare
 from validate.candidates import candidates, screen
+from validate.judgement import judge
 from validate.log_groups import logs_of
 from validate.log_sets import InEach, in_likeliest_sets, ways
 
@@ -75,3 +76,16 @@ def test_the_likeliest_choice_of_logs_is_hardly_beaten_by_any(k, q, seed, either
     assert each.gain(found) >= 0.8 * each.gain(best)
     if either:
         assert not found[0]
+
+
+def test_choices_of_logs_count_against_what_is_in_some_logs_alone():
+    fitted = fitted_of(CURRENT, manoeuvres=MANOEUVRES[:3])
+    known = {a.label: a for a in candidates(fitted.solution.structure)}
+    load = next(a for a in known.values() if a.effect.name == "mass_change")
+    looked_at = screen(fitted, [known["current"], load])
+    few, many = (
+        {j.label: j.evidence for j in judge(fitted, looked_at, 50, None, choices)[1]} for choices in (0, 500)
+    )
+    assert many.pop("current") == few.pop("current")
+    assert few.keys() == many.keys() != set()
+    assert all(many[label] < few[label] - 3.0 for label in few)

@@ -22,7 +22,7 @@ from validate.anew import anew
 from validate.candidates import Screened, smooth
 from validate.consistency import consistent, gains_by_time, stands_out
 from validate.hidden_share import accounted_for
-from validate.log_groups import in_likeliest_logs
+from validate.log_groups import free_in_logs, in_likeliest_logs
 from validate.pace import Pace
 from validate.refits import (
     STRAYS,
@@ -100,11 +100,12 @@ def parameters_of(structure: Structure, index: int) -> int:
 
 
 def judge(
-    base: Fitted, finalists: Sequence[Screened], tried: int, pace: Pace | None = None
+    base: Fitted, finalists: Sequence[Screened], tried: int, pace: Pace | None = None, choices: int = 0
 ) -> tuple[Fitted, list[Judged]]:
     """Refit the finalists, weigh errors as the best of them leaves them, and judge; the best first.
 
-    Returns the fit without them under the same weights, and the judged finalists.
+    ``tried`` candidates were looked at, and so many ``choices`` of logs besides of what is in some of them. Returns the
+    fit without them under the same weights, and the judged finalists.
     """
     pace = pace or Pace()
     refitted = _in_their_logs(base, raced(base, finalists, pace))
@@ -125,7 +126,8 @@ def judge(
     reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
     near = [(s, under(weights, f, SETTLED)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
-    judged = [judged_under(base_there, s, f, tried, known) for s, f in near]
+    looked_at = {id(s): tried + choices * free_in_logs(s.active, base.solution.structure) for s, _ in near}
+    judged = [judged_under(base_there, s, f, looked_at[id(s)], known) for s, f in near]
     return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
 
 

@@ -140,8 +140,9 @@ def _turn(
     chosen = finalists(fitted, screened, thorough)
     chosen = [replace(s, leads=False) for s in chosen] if again else chosen
     pace.expect(len(chosen), (ANOTHER if chosen else 0.0) + LAST)
-    tried = len(actives) + ways(fitted, actives)
-    base, judged = judge(fitted, chosen, tried, pace) if chosen else (fitted, [])
+    base, judged = (
+        judge(fitted, chosen, len(actives), pace, ways(fitted, actives)) if chosen else (fitted, [])
+    )
     worth = [j for j in judged if j.evidence > 0 and _worth_taking(base, j)]
     return Turn(base, tuple(screened), tuple(judged), plainest(worth))
 
