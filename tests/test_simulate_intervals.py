@@ -10,6 +10,7 @@ from identification_samples import RUDDER
 from test_simulate import fit_of
 
 from identify.simulate import Order, simulate
+from identify.simulate.drawn import _positive
 from identify.simulate.intervals import Draws, measure_of, remarks
 
 NAN = math.nan
@@ -95,3 +96,11 @@ def test_standard_errors_that_account_for_logs_left_out_hold_to_first_order():
 
 def test_whole_draws_that_can_be_sailed_are_the_intervals_far_from_the_noise_too():
     assert runaway(0.06, misfit=3.0).measures == runaway(0.06).measures
+
+
+def test_what_no_draw_has_below_nothing_is_never_below_it():
+    assert _positive({"advance": np.array([0.5, NAN, 2.0]), "transfer": np.array([0.5, -0.1])}) == {"advance"}
+    wide = np.linspace(-2.0, 6.0, 100)
+    free, ended = (measure_of("advance", 2.0, wide, None, least) for least in (-math.inf, 0.0))
+    assert free.low < -1.0
+    assert (ended.low, ended.high, ended.stderr) == (0.0, free.high, free.stderr)

@@ -47,7 +47,13 @@ def drawn(plant: Plant, values: Values, sail: Sailing, count: int, seed: int, *,
         return Draws(_by_name(found), kept, len(found), failed)
     small, _ = _sailed(plant, sail, draw(plant.rebuilt, count, seed, SMALL))
     whole = {n: values[n] + (v - values[n]) / SMALL for n, v in _by_name(small).items()}
-    return Draws(whole, kept, len(found), failed, linear=True)
+    return Draws(whole, kept, len(found), failed, linear=True, positive=_positive(_by_name(found)))
+
+
+def _positive(whole: Mapping[str, FloatArray]) -> frozenset[str]:
+    """Measures that no whole draw (k,) which could be sailed has below nothing: a distance, a time."""
+    known = {n: v[np.isfinite(v)] for n, v in whole.items()}
+    return frozenset(n for n, v in known.items() if len(v) and v.min() >= 0.0)
 
 
 def _sailed(

@@ -32,6 +32,8 @@ class Draws:
         Draws, and those of them that ran away or did not come to the first measure.
     linear : bool
         The values are what their slopes make of the draws: too many whole ones failed.
+    positive : frozenset of str
+        Measures whose interval to first order ends at nothing.
     """
 
     values: Mapping[str, FloatArray]
@@ -39,6 +41,7 @@ class Draws:
     count: int
     failed: int
     linear: bool = False
+    positive: frozenset[str] = frozenset()
 
     @property
     def failed_share(self) -> float:
@@ -46,16 +49,18 @@ class Draws:
         return self.failed / max(self.count, 1)
 
 
-def measure_of(name: str, value: float, draws: FloatArray, limit: float | None) -> Measure:
+def measure_of(
+    name: str, value: float, draws: FloatArray, limit: float | None, least: float = -math.inf
+) -> Measure:
     """A measure with its interval: none where it was not reached, or too many draws (k,) are missing.
 
     The interval holds its value: where the draws of a skew measure (a width is never negative) lie to one side of it,
-    it reaches as far as the value.
+    it reaches as far as the value. It does not reach below the ``least``.
     """
     there = draws[np.isfinite(draws)]
     if not math.isfinite(value) or len(there) < LEAST or _too_few(draws):
         return Measure(name, value, UNITS[name], limit=limit)
-    low, high = np.percentile(there, [2.5, 97.5])
+    low, high = np.maximum(np.percentile(there, [2.5, 97.5]), least)
     spread = float(there.std(ddof=1))
     return Measure(name, value, UNITS[name], spread, min(float(low), value), max(float(high), value), limit)
 

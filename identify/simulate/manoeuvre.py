@@ -106,7 +106,10 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     )
     limits = imo_limits(order.kind, order.helm, fit.vessel.length, plant.speed)
     measures = tuple(
-        measure_of(n, v, draws.values.get(n, np.zeros(0)), limits.get(n)) for n, v in values.items()
+        measure_of(
+            n, v, draws.values.get(n, np.zeros(0)), limits.get(n), 0.0 if n in draws.positive else -math.inf
+        )
+        for n, v in values.items()
     )
     return Manoeuvre(
         order, track.t, track.states, track.inputs, measures, plant.speed, draws.tracks, draws.failed_share,
