@@ -83,8 +83,8 @@ FACTOR = re.compile(r"(?P<name>.*?)(?:\^|\*\*)?(?P<power>-?[1-9])?$")
 #: What the units of a quantity look like, whatever their size; of others any may be.
 MEASURES: dict[str, re.Pattern[str]] = {
     "heading": re.compile(r".{0,2}(deg|rad|°|percent|%)[^/]*"),
-    "yaw_rate": re.compile(r".*/.*|dps|degps|radps|rpm|RPM|rps"),
-    "velocity": re.compile(r".+/.+|kn|kts?|knots?|mps|kph|kmh|mph|fps"),
+    "yaw_rate": re.compile(r"(.{0,2}(deg|rad|rev|°).*|r|1)/.+|dps|degps|radps|rpm|RPM|rps"),
+    "velocity": re.compile(r"(?!.*(deg|rad|rev|°)).+/.+|kn|kts?|knots?|mps|kph|kmh|mph|fps"),
 }
 
 

@@ -14,7 +14,7 @@ from identify.prepare import prepare
 from validate.candidates import candidates, screen
 from validate.judgement import judge
 from validate.log_groups import logs_of
-from validate.log_sets import InEach, in_likeliest_sets, ways
+from validate.log_sets import MOST_COUNTED, InEach, in_likeliest_sets, ways
 
 CURRENT = Effect("current", {"speed": 0.2, "direction": 0.6})
 MANOEUVRES = ("zigzag", "random", "zigzag", "random", "zigzag")
@@ -69,13 +69,22 @@ def in_each(k, q, seed, either):
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(3, 6), st.integers(1, 3), st.integers(0, 2**32 - 1), st.booleans())
-def test_the_likeliest_choice_of_logs_is_hardly_beaten_by_any(k, q, seed, either):
+def test_no_choice_of_logs_beats_the_likeliest(k, q, seed, either):
     each = in_each(k, q, seed, either)
     choices = [np.array(c, dtype=bool) for c in product((False, True), repeat=k)]
     best, found = max(choices, key=each.gain), each.likeliest()
-    assert each.gain(found) >= 0.8 * each.gain(best)
+    assert each.gain(found) == pytest.approx(each.gain(best), rel=1e-6)
     if either:
         assert not found[0]
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.integers(MOST_COUNTED + 1, 14), st.integers(0, 2**32 - 1))
+def test_of_many_logs_no_other_one_makes_the_choice_better(k, seed):
+    each = in_each(k, 1, seed, True)
+    found = each.likeliest()
+    others = [found ^ one for one in np.eye(k, dtype=bool)]
+    assert max(map(each.gain, [*others, *np.eye(k, dtype=bool)])) <= each.gain(found) * (1.0 + 1e-6)
 
 
 def test_choices_of_logs_count_against_what_is_in_some_logs_alone():

@@ -133,6 +133,8 @@ def test_a_campaign_that_states_a_unit_hears_no_guess(tmp_path):
     [
         ("velocity", "m/s", True), ("velocity", "kn", True), ("velocity", "ms", False), ("velocity", "m", False),
         ("heading", "deg", True), ("heading", "cdeg", True), ("heading", "deg/s", False), ("heading", "ms", False),
+        ("velocity", "deg/s", False), ("velocity", "km/h", True), ("yaw_rate", "m/s", False), ("yaw_rate", "1/s", True),
+        ("yaw_rate", "°/s", True), ("yaw_rate", "rev/min", True),
         ("yaw_rate", "deg/min", True), ("yaw_rate", "mrad/s", True), ("yaw_rate", "deg", False),
         ("position", "degE7", True),
     ],

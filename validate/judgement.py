@@ -126,8 +126,11 @@ def judge(
     reach = np.inf if far else best.solution.total + 0.5 * target_gap(base, best)
     near = [(s, under(weights, f, SETTLED)) for s, f in refitted if f.solution.total < reach]
     known = 0.0 if far else accounted_for(base, base_there)
-    looked_at = {id(s): tried + choices * free_in_logs(s.active, base.solution.structure) for s, _ in near}
-    judged = [judged_under(base_there, s, f, looked_at[id(s)], known) for s, f in near]
+    structure = base.solution.structure
+    judged = [
+        judged_under(base_there, s, f, tried + choices * free_in_logs(s.active, structure), known)
+        for s, f in near
+    ]
     return base_there, sorted(judged, key=lambda j: j.fitted.astray_by if far else _unlikely(j))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -24,9 +25,9 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 #: With fewer logs every choice is one log, or all but one, which is the same.
 FEWEST = 3
-#: The choice grows from the best of so many single logs.
+#: Of many logs the choice grows from the best of so many single ones.
 BEGINNINGS = 3
-#: Of more logs than this not every choice counts as one that was tried.
+#: Of up to so many logs every choice is looked at, and counts as one that was tried; of more no more than that.
 MOST_COUNTED = 10
 
 
@@ -53,13 +54,16 @@ class InEach:
         return scaled.gain(np.arange(len(size)))
 
     def likeliest(self) -> BoolArray:
-        """The logs (k,) in which it gains most: one after the other let in or out, from the best single ones.
+        """The logs (k,) in which it gains most; of many, one after the other let in or out from the best single ones.
 
         Of what may as well be less in all the others it is the group without the first log.
         """
         each = np.eye(len(self.score), dtype=bool)
-        best = sorted(each, key=self.gain, reverse=True)[:BEGINNINGS]
-        found = max((self._grown(one) for one in best), key=self.gain)
+        if len(each) <= MOST_COUNTED:
+            choices = [np.array(c, dtype=bool) for c in product((False, True), repeat=len(each))]
+        else:
+            choices = [self._grown(one) for one in sorted(each, key=self.gain, reverse=True)[:BEGINNINGS]]
+        found = max(choices, key=self.gain)
         either = bool(self.up.all() and self.down.all())
         return ~found if either and found[0] else found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,16 +13,13 @@ from identify.term import Term
 THRUSTERS = ("propeller", "thruster", "tunnel")
 
 
-def _one_of_two(setting: Setting) -> list[Variant]:
-    """Each of two of a kind: the weaker is named, since that is what is amiss, be it that the other is stronger."""
-    return [
-        Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) == 2
-    ]
+def _one_of(setting: Setting, least: int, most: float) -> list[Variant]:
+    """Each thruster of the kinds of which there are so many.
 
-
-def _one_of_many(setting: Setting) -> list[Variant]:
-    """Each of three or more of a kind: the others say whether it is the weaker or the stronger."""
-    return [Variant(n) for kind in THRUSTERS for n in setting.of_kind(kind) if len(setting.of_kind(kind)) > 2]
+    Of two the weaker is named, since that is what is amiss, be it that the other is stronger; of more the others say.
+    """
+    kinds = (setting.of_kind(kind) for kind in THRUSTERS)
+    return [Variant(n) for names in kinds if least <= len(names) <= most for n in names]
 
 
 THRUST_ASYMMETRY = Effect(
@@ -32,7 +30,7 @@ THRUST_ASYMMETRY = Effect(
     "Fossen 2011, sec. 9.3",
     parameters=(Parameter("ratio", "1", 0.1, (0.0, 1.0), null=1.0, starts=(0.85, 0.5, 0.2)),),
     gain=lambda p, t: np.full(t.shape, p["ratio"]),
-    variants=_one_of_two,
+    variants=lambda s: _one_of(s, 2, 2),
 )  # fmt: skip
 
 #: Among three or more of a kind.
@@ -41,7 +39,7 @@ THRUST_AMONG_MANY = replace(
     sentence="One of several thrusters gives less than the others, or more: a fouled or damaged propeller, a weak "
     "motor, another pitch.",
     parameters=(Parameter("ratio", "1", 0.1, (0.0, 5.0), null=1.0, starts=(0.85, 0.5, 0.2, 1.25)),),
-    variants=_one_of_many,
+    variants=lambda s: _one_of(s, 3, math.inf),
 )
 
 

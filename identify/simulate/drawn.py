@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from identify.misfit import SMALL
 from identify.simulate.intervals import FEW, Draws
 from identify.simulate.plant import Plant, Track
 from identify.simulate.rebuild import Rebuilt
@@ -15,8 +16,6 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Values = Mapping[str, float]
 Sailing = Callable[[Plant], tuple[Track, dict[str, float]]]
 
-#: Draws to first order are of this share of a standard error.
-SMALL = 0.05
 #: Where more of the whole draws than this fail, their slope says nothing either.
 MOST = 0.5
 #: Tracks kept for a plot.
