@@ -1,12 +1,14 @@
-"""A position that wanders: what of it is known is taken off as it comes (``identify.innovations``).
+"""A position or a heading that wanders: what of it is known is taken off as it comes (``identify.innovations``).
 
 A satellite receiver's errors drift beside their white part (first-order Gauss-Markov). The smoother has told the drift
-from the motion (``preprocess.wander``), whatever model there is.
+from the motion (``preprocess.wander``), whatever model there is; that of a compass the gyro tells
+(``preprocess.compass``).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,16 +21,23 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 @dataclass(frozen=True)
 class Drift:
-    """Standard deviation of a drift, m, along each axis, and its time constant, s."""
+    """Standard deviation of a drift, m along each axis or rad, its time constant, s, and the kind that drifts."""
 
     size: float
     time: float
+    kind: int = POSITION
 
     def process(self, since: FloatArray, kind: IntArray) -> Process:
-        """Its two states, north and east, at samples (m,) of these kinds, each so long ``since`` the one before, s."""
+        """Its states (north and east, or the angle) at samples (m,) of these kinds, ``since`` the one before, s."""
+        axes = 2 if self.kind == POSITION else 1
         kept = np.exp(-since / self.time)
         noise = self.size**2 * (1.0 - kept**2)
-        own = np.array([[0, 0], [1, 1]])
-        seen = (kind == POSITION)[:, None, None] * np.eye(2)
-        both = (np.column_stack([x, x]) for x in (kept, noise))
-        return Process(own, next(both), own, next(both), seen, self.size**2 * np.eye(2))
+        own = np.repeat(np.arange(axes)[:, None], 2, axis=1)
+        seen = (kind == self.kind)[:, None, None] * np.eye(2)[:, :axes]
+        carried, added = (np.repeat(x[:, None], axes, axis=1) for x in (kept, noise))
+        return Process(own, carried, own, added, seen, self.size**2 * np.eye(axes))
+
+
+def drifting(drifts: Sequence[Drift], times: FloatArray) -> tuple[Drift, ...]:
+    """The drifts, each kind's (4,) so many ``times`` as large."""
+    return tuple(replace(d, size=float(times[d.kind]) * d.size) for d in drifts)

@@ -105,22 +105,24 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     return float(np.clip(1.5 * (power - error - 1.1), 0.0, 1.0))
 
 
-def beyond_drift(problem: Problem, moments: Moments, smoothed: bool = False) -> float:
-    """Part of the slow variance of the positions' errors that a drift which is known is too small for; 0 without one.
+def beyond_drift(problem: Problem, moments: Moments, kind: int, smoothed: bool = False) -> float:
+    """Part of the slow variance of a kind's errors that a drift of it which is known is too small for; 0 without one.
 
     Less a drift that is known, whatever is slow looks like a drift. Where windows begin as ``smoothed`` motion does,
     the errors of its velocities, which the drift has made, add up.
     """
     slow = known = 0.0
+    axes, rates = (2, slice(0, 2)) if kind == kernel.POSITION else (1, slice(2, 3))
     for w, raw in zip(problem.windows, moments.raw, strict=True):
-        stretch, mine = problem.stretches[w.stretch], problem.kinds(w) == kernel.POSITION
-        if stretch.drift is None:
+        stretch, mine = problem.stretches[w.stretch], problem.kinds(w) == kind
+        drift = next((d for d in stretch.drifts if d.kind == kind), None)
+        if drift is None:
             continue
         weight = stretch.samples.sigma[w.samples][mine] ** -2.0
         since = stretch.samples.t[w.samples][mine] - stretch.start - stretch.h * w.first
-        begun = float(np.sum(stretch.sigmas[w.first, :2] ** 2)) if smoothed else 0.0
-        slow += float(np.sum(raw[mine] ** 2 - 1.0))
-        known += float(np.sum(weight * (2.0 * stretch.drift.size**2 + begun * since**2)))
+        begun = float(np.sum(stretch.sigmas[w.first, rates] ** 2)) if smoothed else 0.0
+        slow += float(np.sum(raw[mine][:, :axes] ** 2 - 1.0))
+        known += float(np.sum(weight * (axes * drift.size**2 + begun * since**2)))
     return float(np.clip(1.0 - known / slow, 0.0, 1.0)) if slow > 0.0 else 0.0
 
 
@@ -243,4 +245,4 @@ def _scaled(stretch: Stretch, factor: FloatArray, wild: FloatArray | None = None
     sigma = samples.sigma * factor[samples.kind]
     if wild is not None:
         sigma[wild] *= ASIDE
-    return stretch.weighted(sigma, float(factor[kernel.POSITION]))
+    return stretch.weighted(sigma, factor)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import correlate1d
 
 from identify.actuator_dynamics import Before
-from identify.drift import Drift
+from identify.drift import Drift, drifting
 from identify.innovations import NO_FILTER, Filter, filter_of, since_used, together
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.resample import at_middles, means_of_held
@@ -100,8 +100,8 @@ class Stretch:
         Bandwidths of the observers that the states come from, rad/s by sensor; none where a smoother made them.
     swell : Swell, optional
         Waves that are known to move the vessel.
-    drift : Drift, optional
-        Of the positions, where one is known.
+    drifts : tuple of Drift
+        Of positions and headings, as far as they are known.
     """
 
     name: str
@@ -117,7 +117,7 @@ class Stretch:
     samples: Samples
     observed: Mapping[str, float] = field(default_factory=dict)
     swell: Swell | None = None
-    drift: Drift | None = None
+    drifts: tuple[Drift, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone: what is remembered can be made again elsewhere."""
@@ -152,27 +152,25 @@ class Stretch:
         return remembering(lambda name, until: before(self.inputs[name], until))
 
     def known(self, inflation: FloatArray, windows: Sequence[slice]) -> Filter:
-        """What takes off the drift and waves that are known; σ count ``inflation`` (4,) times, a drift with them."""
-        if self.drift is None and self.swell is None:
+        """What takes off the drifts and waves that are known; σ count ``inflation`` (4,) times, a drift with them."""
+        if not self.drifts and self.swell is None:
             return NO_FILTER
         t, kind = self.samples.t, self.samples.kind
-        used = (kind == POSITION) | (self.swell is not None)
-        since, parts = since_used(t, used), []
-        if self.drift:
-            drift = replace(self.drift, size=inflation[POSITION] * self.drift.size)
-            parts.append(drift.process(since, kind))
+        used = np.isin(kind, [d.kind for d in self.drifts]) | (self.swell is not None)
+        since = since_used(t, used)
+        parts = [d.process(since, kind) for d in drifting(self.drifts, inflation)]
         if self.swell:
             path = path_of(t, since, self.grid, self.states)
             parts.append(self.swell.process(since, kind, path))
         return filter_of(together(parts), self.samples.sigma * inflation[kind], used, windows)
 
-    def weighted(self, sigma: FloatArray, drifts: float = 1.0) -> Stretch:
-        """The same with other σ (m,) of its samples, its positions drifting so many times as far.
+    def weighted(self, sigma: FloatArray, times: FloatArray) -> Stretch:
+        """The same with other σ (m,) of its samples, each kind (4,) drifting so many ``times`` as far.
 
         What these have no part in is remembered on.
         """
-        drift = self.drift and replace(self.drift, size=drifts * self.drift.size)
-        other = replace(self, samples=replace(self.samples, sigma=sigma), drift=drift)
+        drifts = drifting(self.drifts, times)
+        other = replace(self, samples=replace(self.samples, sigma=sigma), drifts=drifts)
         other.__dict__.update({name: getattr(self, name) for name in OF_ANY_WEIGHT})
         return other
 
@@ -230,15 +228,13 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
     return Stretch(
         trial.name, trial.role, float(t[0]), trial.start + float(t[0]), h, steps, trial.inputs, on_grid,
         sigmas, _wind(trial, grid), _samples(trial, grid[0], grid[-1]), bandwidths_of(trial.history),
-        drift=_drift(trial),
+        drifts=_drifts(trial),
     )  # fmt: skip
 
 
-def _drift(trial: Trial) -> Drift | None:
-    position = trial.measurements.get("position")
-    if position is None or not position.wander > 0.0:
-        return None
-    return Drift(position.wander, position.correlation_time)
+def _drifts(trial: Trial) -> tuple[Drift, ...]:
+    known = {k: m for k, m in trial.measurements.items() if k in STREAMS and m.wander > 0.0}
+    return tuple(Drift(m.wander, m.correlation_time, KIND[k]) for k, m in known.items())
 
 
 def _wind(trial: Trial, grid: FloatArray) -> FloatArray:

@@ -104,7 +104,7 @@ class Problem:
     @property
     def drifts(self) -> bool:
         """Whether a drift of the positions is known."""
-        return any(s.drift for s in self.stretches)
+        return any(d.kind == kernel.POSITION for s in self.stretches for d in s.drifts)
 
     @cached_property
     def rows(self) -> int:

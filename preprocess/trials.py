@@ -12,6 +12,7 @@ from ingest.sender import sender_of
 from preprocess import frames
 from preprocess.accelerations import Accelerations, find_accelerations
 from preprocess.actuators import read_input
+from preprocess.compass import with_heading_wander
 from preprocess.cores import side_by_side
 from preprocess.cutting import cut_at_manoeuvres
 from preprocess.doubts import doubts
@@ -107,7 +108,7 @@ def make_trials(
     trials = side_by_side(
         made, todo, lambda one: tell(one[0].run.name, names.index(one[0].run.name) / len(names))
     )
-    return with_excitation([t for each in trials for t in each])
+    return with_excitation(with_heading_wander([t for each in trials for t in each]))
 
 
 def gather(

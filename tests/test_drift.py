@@ -46,7 +46,7 @@ def test_what_is_left_is_white_as_the_covariance_says(size, time, seed):
 def drifting_problem():
     ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 3, ())
     prepared = prepare(trials, ship.model)
-    stretches = [replace(s, drift=Drift(0.5, 40.0)) for s in prepared.identify]
+    stretches = [replace(s, drifts=(Drift(0.5, 40.0),)) for s in prepared.identify]
     return prepared.structure, cut(stretches, 20.0)
 
 
@@ -84,8 +84,8 @@ def test_one_log_of_many_says_nothing_of_the_others():
 def test_a_known_drift_keeps_its_share_where_weights_change():
     _, problem = drifting_problem()
     stretch = problem.stretches[0]
-    twice = stretch.weighted(2.0 * stretch.samples.sigma, 2.0)
-    assert twice.drift == Drift(1.0, 40.0)
+    twice = stretch.weighted(2.0 * stretch.samples.sigma, np.full(4, 2.0))
+    assert twice.drifts == (Drift(1.0, 40.0),)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from identify.base_fit import fit_from_scratch
 from identify.drift import Drift
 from identify.drive import drive
 from identify.fitted import FAR, NEAR
+from identify.kernel import POSITION
 from identify.noise import beyond_drift
 from identify.output_error import solve
 from identify.predict import run, true_first_state
@@ -128,7 +129,7 @@ def test_logs_a_little_off_the_noise_are_not_far_from_what_their_inputs_hide():
     _, trials = trials_of("raft", ("random", "zigzag", "zigzag10"), 90.0, 5, (), suite=suite)
     prepared = prepare(trials, "linear")
     fitted = fit_from_scratch(prepared.structure, prepared.identify)
-    stretches = tuple(s.weighted(0.8 * s.samples.sigma) for s in fitted.problem.stretches)
+    stretches = tuple(s.weighted(0.8 * s.samples.sigma, np.ones(4)) for s in fitted.problem.stretches)
     fitted = under(replace(fitted.problem, stretches=stretches), fitted)
     assert NEAR < fitted.chi2_per_dof < FAR < ahead(fitted).chi2_per_dof
     assert max(structured_share(fitted).values()) < 0.1  # more would be material
@@ -151,17 +152,17 @@ def test_far_from_the_noise_what_whole_logs_are_off_by_counts():
 
 def test_a_wander_excuses_no_errors_that_it_is_too_small_for():
     prepared = prepared_with(Effect("current", {"speed": 0.4, "direction": 1.0}))
-    wandering = tuple(replace(s, drift=Drift(0.1, 40.0)) for s in prepared.identify)
+    wandering = tuple(replace(s, drifts=(Drift(0.1, 40.0),)) for s in prepared.identify)
     fitted = fit_from_scratch(prepared.structure, wandering, length=30.0)
     assert structured_share(fitted)["u"] == pytest.approx(predicted(fitted, 0), rel=0.15)
-    large = tuple(replace(s, drift=Drift(10.0, 40.0)) for s in fitted.problem.stretches)
+    large = tuple(replace(s, drifts=(Drift(10.0, 40.0),)) for s in fitted.problem.stretches)
     for problem, beyond in ((fitted.problem, 1.0), (replace(fitted.problem, stretches=large), 0.0)):
-        assert beyond_drift(problem, fitted.solution.moments) == pytest.approx(beyond, abs=0.15)
+        assert beyond_drift(problem, fitted.solution.moments, POSITION) == pytest.approx(beyond, abs=0.15)
 
 
 def test_without_a_wander_nothing_is_beyond_it():
     fitted = fit_from_scratch(prepared_with().structure, prepared_with().identify)
-    assert beyond_drift(fitted.problem, fitted.solution.moments) == 0.0
+    assert beyond_drift(fitted.problem, fitted.solution.moments, POSITION) == 0.0
 
 
 def test_unseen_logs_speak_against_a_fit_where_no_begin_of_their_own_leads_anywhere(monkeypatch):

@@ -159,7 +159,7 @@ def test_a_band_is_measured_by_what_a_model_predicts(model):
 def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it():
     fit = in_waves(8, **HIGH)
     structure, p = fit.solution.structure, fit.solution.p
-    sharp = tuple(s.weighted(0.05 * s.samples.sigma, 0.05) for s in fit.problem.stretches)
+    sharp = tuple(s.weighted(0.05 * s.samples.sigma, np.full(4, 0.05)) for s in fit.problem.stretches)
     problem = replace(fit.problem, stretches=sharp)
     fit = replace(fit, problem=problem, solution=fit_states(problem, structure, p))
     assert fit.chi2_per_dof > 1000.0

@@ -152,7 +152,7 @@ def _sailed(
     there = replace(blank, states=shown(structure, d, blank, states))
     plain = Problem((there,), cut([there], 2 * duration).windows, np.ones(4), np.ones(4), duration)
     unit = replace(there.samples, sigma=np.ones(len(there.samples.t)))
-    at_zero = replace(plain, stretches=(replace(there, samples=unit, drift=None),))
+    at_zero = replace(plain, stretches=(replace(there, samples=unit, drifts=()),))
     now = moments(at_zero, structure, p, first[None, :])
     return replace(there, samples=replace(there.samples, value=-now.residuals[0]))
 

@@ -13,7 +13,6 @@ from identify.base_fit import fit_from_scratch, tried
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
-from identify.kernel import POSITION
 from identify.output_error import Prior, Solution, information_of, prior_for, solve
 from identify.parameter_covariance import covariance_of
 from identify.reduction import Reduced
@@ -151,5 +150,5 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     factor = np.ones(4)
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
-    noisy = stretch.weighted(own.sigma * factor[own.kind], float(factor[POSITION]))
+    noisy = stretch.weighted(own.sigma * factor[own.kind], factor)
     return replace(noisy, swell=problem.swell)

@@ -151,8 +151,9 @@ def structured_share(fitted: Fitted, besides: Sequence[Stretch] = (), near: floa
     smooth = {
         k: max(smoothness(fitted.problem, fitted.solution.moments, k), float(large[k])) for k in KIND.values()
     }
-    beyond = beyond_drift(fitted.problem, fitted.solution.moments, not _known_better(seen, near))
-    smooth[KIND["position"]] = max(smooth[KIND["position"]], beyond)
+    for kind in (KIND["position"], KIND["heading"]):
+        beyond = beyond_drift(fitted.problem, fitted.solution.moments, kind, not _known_better(seen, near))
+        smooth[kind] = max(smooth[kind], beyond)
     known = np.array([np.sqrt(max(slow[KIND[s]] * smooth[KIND[s]] for s in kinds[c])) for c in "uvr"])
     share = left * known
     if (fitted if seen.problem.unlogged is None else seen).chi2_per_dof > FAR:

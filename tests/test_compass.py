@@ -1,0 +1,107 @@
+"""A heading whose errors wander is told by the gyro, and by nothing that is wrong with either in every log alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_samples import trials_of
+
+from fixtures.effects import Effect
+from fixtures.sensors import Sensor, Suite
+from identify.base_fit import fit_from_scratch
+from identify.kernel import HEADING
+from identify.prepare import prepare
+from preprocess.compass import heading_wander, with_heading_wander
+from validate.structure_left import structured_share
+
+LOGS = ("zigzag", "random", "circle", "zigzag")
+STILL = Sensor(10.0, 0.01)
+WANDERING = replace(STILL, wander=0.02, wander_time=40.0)
+
+
+def sailed(heading=STILL, effects=(), seed=1, logs=LOGS):
+    """Trials of a small vessel with this compass and a good gyro."""
+    suite = replace(Suite(), heading=heading, yaw_rate=Sensor(10.0, 0.001), shared_attitude=False)
+    return trials_of("usv", logs, 90.0, seed, effects, validate=0, suite=suite)[1]
+
+
+def test_a_wander_shows_with_its_size():
+    sizes = [heading_wander(sailed(WANDERING, seed=k)).size for k in range(3)]
+    assert np.exp(np.mean(np.log(sizes))) == pytest.approx(0.02, rel=0.4)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_white_noise_is_no_wander(seed):
+    assert heading_wander(sailed(seed=seed)) is None
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        Effect("gyro_bias", {"bias": 0.02, "scale": 1.1}),
+        Effect("heading_bias", {"bias": 0.05}),
+        Effect("current", {"speed": 0.3, "direction": 1.0}),
+    ],
+)
+def test_what_every_log_has_alike_is_no_wander(wrong):
+    assert heading_wander(sailed(effects=(wrong,))) is None
+
+
+@pytest.mark.parametrize("swing", [0.1, -0.2])
+def test_a_compass_that_deviates_or_is_late_does_not_wander(swing):
+    def turned(t, lag=0.3):
+        m = t.measurements["heading"]
+        late = np.interp(m.t - lag, m.t, m.value)
+        return replace(
+            t, measurements={**t.measurements, "heading": replace(m, value=late + swing * np.sin(late))}
+        )
+
+    assert heading_wander([turned(t) for t in sailed()]) is None
+
+
+def test_a_gyro_that_is_silent_for_a_while_makes_no_wander():
+    def silenced(t):
+        m = t.measurements["yaw_rate"]
+        return replace(
+            t,
+            measurements={**t.measurements, "yaw_rate": replace(m, good=m.good & ((m.t < 30) | (m.t > 40)))},
+        )
+
+    assert heading_wander([silenced(t) for t in sailed()]) is None
+    assert heading_wander([silenced(t) for t in sailed(WANDERING)]) is not None
+
+
+def test_one_sensor_alone_says_nothing():
+    alone = [
+        replace(t, measurements={k: m for k, m in t.measurements.items() if k != "yaw_rate"})
+        for t in sailed(WANDERING)
+    ]
+    assert heading_wander(alone) is None
+    assert with_heading_wander(alone) == alone
+    assert heading_wander(sailed(WANDERING, logs=("zigzag",))[:0]) is None
+
+
+def test_what_follows_from_a_wandering_heading_is_less_sure():
+    trials = sailed(WANDERING)
+    for before, after in zip(trials, with_heading_wander(trials), strict=True):
+        size = after.measurements["heading"].wander
+        assert size > 0.0
+        added = np.sqrt(after.states["sigma_v"] ** 2 - before.states["sigma_v"] ** 2)
+        along = np.hypot(before.states["u"], before.states["v"])
+        assert added.to_numpy() == pytest.approx(size * along.to_numpy(), abs=1e-6)
+        assert any("heading wander" in f for f in after.findings)
+
+
+def test_a_known_wander_is_noise_and_not_structure_that_the_model_lacks():
+    trials = sailed(replace(WANDERING, wander=0.06))
+    chi2, shares = [], []
+    for known in (trials, with_heading_wander(trials)):
+        prepared = prepare(known, "modulus")
+        assert any(d.kind == HEADING for s in prepared.identify for d in s.drifts) == (known is not trials)
+        fitted = fit_from_scratch(prepared.structure, prepared.identify)
+        chi2.append(fitted.chi2_per_dof)
+        shares.append(structured_share(fitted)["v"])
+    assert chi2[0] > 1.3 > 1.1 > chi2[1]
+    assert shares[1] <= shares[0]
