@@ -26,7 +26,7 @@ from validate.judgement import INDISTINCT
 from validate.log_groups import free_in_logs, in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing, standing
-from validate.loop import Outcome
+from validate.outcome import Outcome
 from validate.told_logs import _tells, told_of_the_odd_logs
 
 MANOEUVRES = ("zigzag", "random", "zigzag", "random")

@@ -183,3 +183,59 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
         turns=[turn], standing=[SimpleNamespace(active=active)] * 2, fitted=SimpleNamespace(chi2_per_dof=1.5)
     )
     assert loop._begun_otherwise(None, None, found, lambda _: None, Within()) is found
+
+
+@pytest.mark.parametrize(
+    ("off", "first_length", "takes", "nearer", "asked"),
+    [
+        (True, None, True, True, True),
+        (True, 30.0, True, True, True),
+        (True, 30.0, True, False, True),
+        (True, 30.0, False, True, True),
+        (True, 10.0, True, True, False),
+        (False, 30.0, True, True, False),
+    ],
+)
+def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_that_takes_over_short_ones(
+    monkeypatch, off, first_length, takes, nearer, asked
+):
+    def fit(chi2, off):
+        return SimpleNamespace(chi2_per_dof=chi2, is_off=off, problem=SimpleNamespace(length=30.0))
+
+    begun, seen = fit(1.3, True), []
+
+    def taking(fitted, turns, _pace, within):
+        seen.append((fitted, within.hopeless))
+        turns.append(SimpleNamespace(taken="walk" if takes else None))
+        return fitted
+
+    def based(length):
+        return SimpleNamespace(base=SimpleNamespace(problem=SimpleNamespace(length=length)))
+
+    turns = [] if first_length is None else [based(first_length)]
+    found = SimpleNamespace(fitted=fit(2.5, off), turns=turns)
+    other = SimpleNamespace(fitted=fit(1.05 if nearer else 2.4, not nearer))
+    monkeypatch.setattr(loop, "rounds", taking)
+    monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, length: begun if length == 10.0 else None)
+    monkeypatch.setattr(loop, "_lengthened", lambda near, *_: near)
+    monkeypatch.setattr(loop, "_ended", lambda *_: other)
+    structure = SimpleNamespace(vessel=SimpleNamespace(length=2.0))
+    prepared = SimpleNamespace(structure=structure, identify=())
+    best = loop._begun_shorter(prepared, found, lambda _: None, Within())
+    assert best is (other if asked and takes and nearer else found)
+    assert seen == ([(begun, np.inf)] if asked else [])
+
+
+def test_a_search_over_short_windows_that_is_given_up_leaves_what_was_found(monkeypatch):
+    def given_up(*_):
+        assert _[-1].hopeless == 5.0
+        raise GivenUp
+
+    monkeypatch.setattr(
+        loop, "rounds", lambda f, turns, *_, **__: turns.append(SimpleNamespace(taken="walk")) or f
+    )
+    monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, **__: None)
+    monkeypatch.setattr(loop, "_lengthened", given_up)
+    prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)), identify=())
+    found = SimpleNamespace(fitted=SimpleNamespace(chi2_per_dof=2.5, is_off=True), turns=[])
+    assert loop._begun_shorter(prepared, found, lambda _: None, Within()) is found

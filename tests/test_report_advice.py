@@ -14,7 +14,7 @@ from identify.fit import FittedEffect
 from identify.report_fit import lead_words
 from validate.advice import NOTHING_SAILED, advice_for
 from validate.diagnosis import TakenEffect, Verdict
-from validate.loop import Outcome
+from validate.outcome import Outcome
 from validate.pace import Pace
 
 CHECK = {e.name: e.check for e in EFFECTS}

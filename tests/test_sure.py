@@ -20,7 +20,7 @@ from validate import sure
 from validate.candidates import candidates
 from validate.judgement import least_gain
 from validate.look_alikes import Standing, departure, dropped
-from validate.loop import Outcome
+from validate.outcome import Outcome
 from validate.sure import _by_chance, _by_flow, _flow_of, _wald, evidence, surely
 
 

@@ -13,8 +13,9 @@ from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
 from identify.prepare import prepare
 from validate.candidates import wirings
-from validate.loop import Outcome, _otherwise, _otherwise_wired, search
+from validate.loop import _otherwise, _otherwise_wired, search
 from validate.nearer import clearly_nearer
+from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.rounds import ALL
 from validate.wiring import Wiring, better_wiring

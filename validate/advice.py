@@ -15,7 +15,7 @@ from identify.stretch import Stretch
 from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
-from validate.loop import Outcome
+from validate.outcome import Outcome
 from validate.report.words import joined, percent
 
 #: Inputs logged less often than every so many s are worth a word.

@@ -26,7 +26,8 @@ from validate.begins import begun_in
 from validate.diagnosis import Diagnosis, Validation
 from validate.grown import grown
 from validate.logs_of_effects import in_logs_as_they_say
-from validate.loop import Outcome, search
+from validate.loop import search
+from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.rounds import NEARER
 from validate.scores import predictions, validation

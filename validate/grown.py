@@ -8,7 +8,8 @@ from functools import partial
 from identify.base_fit import fit_from_scratch, tried
 from identify.prepare import Prepared
 from identify.structure import effects_alone
-from validate.loop import Outcome, searched_on
+from validate.loop import searched_on
+from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.rounds import ALL, Turn
 from validate.swell import in_swell

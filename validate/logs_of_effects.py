@@ -17,8 +17,8 @@ from identify.stretch import Stretch
 from validate.judgement import INDISTINCT
 from validate.log_groups import in_logs
 from validate.look_alikes import Standing
-from validate.loop import Outcome
 from validate.other_logs import on_other_logs
+from validate.outcome import Outcome
 
 
 def in_logs_as_they_say(outcome: Outcome, prepared: Prepared) -> Outcome:

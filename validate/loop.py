@@ -11,6 +11,7 @@ import numpy as np
 from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
+from identify.structure import Structure
 from identify.unlogged import bent
 from identify.windows import Problem, cut
 from validate.clocks import fewer_clocks
@@ -18,11 +19,11 @@ from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
-from validate.look_alikes import Standing, standing
 from validate.nearer import HALF, came_there, clearly_nearer, worth_another
+from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pairs import two_for_one
-from validate.pruning import pruned, searched
+from validate.pruning import pruned
 from validate.refined import refined
 from validate.refits import under
 from validate.rounds import ALL, MOST_EFFECTS, GivenUp, Turn, Within, rounds, settled
@@ -41,23 +42,6 @@ PERHAPS = 2
 EXCHANGES = 3
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
 ROUGH = 10.0
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
-
-    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without;
-    ``unsure``: because their own standard errors do not tell them from nothing; ``slight``: no more than any log has.
-    """
-
-    fitted: Fitted
-    turns: tuple[Turn, ...]
-    standing: tuple[Standing, ...]
-    wiring: Wiring | None
-    refuted: tuple[str, ...] = ()
-    unsure: tuple[str, ...] = ()
-    slight: tuple[str, ...] = ()
 
 
 def search(
@@ -82,6 +66,7 @@ def search(
         else:
             found = _searched(prepared, declared, None, pace, within)
             found = _begun_otherwise(prepared, declared, found, pace, within)
+            found = _begun_shorter(prepared, found, pace, within)
             if not found.fitted.is_off:
                 return found
             otherwise = otherwise if far else _otherwise(prepared)
@@ -107,7 +92,7 @@ class _Otherwise:
 def _otherwise(prepared: Prepared) -> _Otherwise | None:
     """What fits in short windows say of wirings that the accelerations would rather have, where there are any."""
     structure, stretches = prepared.structure, prepared.identify
-    length = window_length(structure.vessel.length) * ROUGH / LONG
+    length = _rough(structure)
     perhaps = perhaps_wired(structure, stretches, PERHAPS)
     if not perhaps:
         return None
@@ -162,9 +147,42 @@ def _searched(
         fine = _gone_on_with(declared, turns, pace, within)
     else:
         pace("a first rough fit")
-        length = window_length(structure.vessel.length) * ROUGH / LONG
-        fine = fit_from_scratch(structure, prepared.identify, length=length)
+        fine = fit_from_scratch(structure, prepared.identify, length=_rough(structure))
         fine = _lengthened(rounds(fine, turns, pace, FAR, within), turns, pace, within)
+    return _ended(fine, turns, wiring, pace, within)
+
+
+def _rough(structure: Structure) -> float:
+    """Length of the windows for a first, rough pass, s."""
+    return window_length(structure.vessel.length) * ROUGH / LONG
+
+
+def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Within) -> Outcome:
+    """A search that stays off the noise, or one that takes over short windows what it can, if that comes nearer.
+
+    Over long ones what is missing may bend a fit until no single effect helps it, where over short ones it is hardly
+    off. What looked there first has taken it already.
+    """
+    length = _rough(prepared.structure)
+    looked = bool(found.turns) and not found.turns[0].base.problem.length > length
+    if not found.fitted.is_off or looked:
+        return found
+    pace("over short windows")
+    turns: list[Turn] = []
+    near = rounds(
+        fit_from_scratch(prepared.structure, prepared.identify, length=length), turns, pace, within=within
+    )
+    if not any(t.taken for t in turns):
+        return found
+    with suppress(GivenUp):
+        hopeless = replace(within, hopeless=HOPELESS * found.fitted.chi2_per_dof)
+        other = _ended(_lengthened(near, turns, pace, hopeless), turns, None, pace, within)
+        return other if came_there(other.fitted, found.fitted) else found
+    return found
+
+
+def _ended(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:
+    """What rounds came to, without what does not stand, and with what the measurements prefer."""
     fine = pruned(fine, pace)
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = pruned(plain, pace), None
@@ -270,13 +288,3 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
-
-
-def all_standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
-    """What every effect of a fit is worth, and what could stand in its place."""
-    found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
-    pace.expect(len(searched(fitted)))
-    for k in searched(fitted):
-        pace(f"rivals of {fitted.solution.structure.actives[k].label}")
-        found.append(standing(fitted, k))
-    return tuple(found)

@@ -8,7 +8,7 @@ from identify.base_fit import fit_from_scratch
 from identify.drive import drive
 from identify.first_states import first_states
 from identify.fitted import Fitted
-from identify.noise import recalibrated
+from identify.noise import calibrated_anew
 from identify.output_error import solve
 from identify.settled import settled
 from identify.structure import effects_alone
@@ -28,7 +28,7 @@ def refined(fitted: Fitted, length: float) -> Fitted:
     if not np.isfinite(solution.cost):
         return fit_from_scratch(structure, fitted.problem.stretches, effects_alone(structure, p))
     for _ in range(2):
-        problem = recalibrated(problem, solution)
+        problem = calibrated_anew(problem, solution)  # longer windows show what short ones hide
         tolerance = step_tolerance(Fitted(problem, fitted.prior, solution))
         solution = solve(
             problem, structure, solution.p, solution.first, fitted.prior, anchor=first_states(problem, current),

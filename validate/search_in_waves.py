@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from identify.fitted import Fitted
 from identify.prepare import Prepared
-from validate.loop import Outcome, search
+from validate.loop import search
+from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.refits import under
 from validate.rounds import Within

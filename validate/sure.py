@@ -27,8 +27,9 @@ from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.log_groups import free_in_logs
 from validate.look_alikes import departure, dropped, left_on
-from validate.loop import Outcome, all_standing, searched_on
+from validate.loop import searched_on
 from validate.nearer import leaves_much
+from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance

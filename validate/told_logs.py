@@ -15,7 +15,7 @@ from identify.noise import dispersed_cost
 from validate.judgement import INDISTINCT
 from validate.log_groups import free_in_logs, in_logs
 from validate.look_alikes import Standing
-from validate.loop import Outcome
+from validate.outcome import Outcome
 from validate.refits import under
 
 #: Logs that are no more than one in so many of the others are the odd ones, whichever are heavier.

@@ -16,8 +16,8 @@ from preprocess.cores import side_by_side
 from validate.advice import advice_for
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
-from validate.loop import Outcome
 from validate.other_logs import on_other_logs, with_other_logs
+from validate.outcome import Outcome
 from validate.residual_tests import residual_tests
 from validate.rounds import Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share

@@ -1,0 +1,39 @@
+"""What a search came to: the last fit, and what every effect in it is worth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from identify.fitted import Fitted
+from validate.look_alikes import Standing, standing
+from validate.pace import Pace
+from validate.pruning import searched
+from validate.rounds import Turn
+from validate.wiring import Wiring
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
+
+    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without;
+    ``unsure``: because their own standard errors do not tell them from nothing; ``slight``: no more than any log has.
+    """
+
+    fitted: Fitted
+    turns: tuple[Turn, ...]
+    standing: tuple[Standing, ...]
+    wiring: Wiring | None
+    refuted: tuple[str, ...] = ()
+    unsure: tuple[str, ...] = ()
+    slight: tuple[str, ...] = ()
+
+
+def all_standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
+    """What every effect of a fit is worth, and what could stand in its place."""
+    found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
+    pace.expect(len(searched(fitted)))
+    for k in searched(fitted):
+        pace(f"rivals of {fitted.solution.structure.actives[k].label}")
+        found.append(standing(fitted, k))
+    return tuple(found)
