@@ -239,3 +239,24 @@ def test_a_search_over_short_windows_that_is_given_up_leaves_what_was_found(monk
     prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)), identify=())
     found = SimpleNamespace(fitted=SimpleNamespace(chi2_per_dof=2.5, is_off=True), turns=[])
     assert loop._begun_shorter(prepared, found, lambda _: None, Within()) is found
+
+
+@pytest.mark.parametrize(
+    ("kept", "other_kept", "chi2", "plainer"),
+    [(3, 2, 1.04, True), (3, 2, 1.06, False), (3, 3, 1.0, False), (2, 1, 1.0, False)],
+)
+def test_many_effects_at_the_noise_give_way_to_fewer_that_come_as_near(
+    monkeypatch, kept, other_kept, chi2, plainer
+):
+    def of(count, chi2):
+        active = [SimpleNamespace(effect=SimpleNamespace(name=f"effect {n}"), label="") for n in range(count)]
+        fitted = SimpleNamespace(chi2_per_dof=chi2, is_off=False, problem=SimpleNamespace(length=30.0))
+        turns = [SimpleNamespace(taken=SimpleNamespace(screened=SimpleNamespace(active=a))) for a in active]
+        return SimpleNamespace(
+            turns=turns, standing=[SimpleNamespace(active=a) for a in active], fitted=fitted
+        )
+
+    found, other = of(kept, 1.05), of(other_kept, chi2)
+    monkeypatch.setattr(loop, "worth_another", lambda _: False)
+    monkeypatch.setattr(loop, "_searched", lambda *_: other)
+    assert loop._begun_otherwise(None, None, found, lambda _: None, Within()) is (other if plainer else found)

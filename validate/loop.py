@@ -19,7 +19,7 @@ from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
-from validate.nearer import HALF, came_there, clearly_nearer, worth_another
+from validate.nearer import HALF, as_near, came_there, clearly_nearer, worth_another
 from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pairs import two_for_one
@@ -38,6 +38,8 @@ HOPELESSLY_FAR = 20.0
 HOPELESS = 2.0
 #: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
+#: So many effects are many: what is behind them may be fewer.
+MANY = 3
 #: So many times a taken effect may be exchanged for a rival.
 EXCHANGES = 3
 #: Length of the windows for the first, rough pass, s, where those of the last are ``LONG``.
@@ -123,17 +125,20 @@ def _begun_otherwise(
 ) -> Outcome:
     """A search that took several effects and came near the noise, not to it; or one without the first, if that does.
 
-    Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it.
+    Far from the noise what takes most away may be none of the causes, and those that are taken after it make up for it:
+    where that took many of them, a search that comes as near with fewer is believed too.
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    if len(kept) < 2 or not worth_another(found.fitted) or taken[0].effect.name not in kept:
+    asked = len(kept) >= MANY or (len(kept) > 1 and worth_another(found.fitted))
+    if not asked or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
     barred, hopeless = within.barred | {taken[0].effect.name}, HOPELESS * found.fitted.chi2_per_dof
     with suppress(GivenUp):
         other = _searched(prepared, declared, None, pace, replace(within, barred=barred, hopeless=hopeless))
-        return other if came_there(other.fitted, found.fitted) else found
+        plainer = len(other.standing) < len(kept) and as_near(other.fitted, found.fitted)
+        return other if plainer or came_there(other.fitted, found.fitted) else found
     return found
 
 

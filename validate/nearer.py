@@ -39,9 +39,13 @@ def leaves_much(fitted: Fitted) -> bool:
     return bool(np.any(free_running_errors(fitted) > MATERIAL**2))
 
 
+def as_near(one: Fitted, other: Fitted) -> bool:
+    """Whether a fit is no farther from the noise than another, over windows as long."""
+    return one.problem.length >= other.problem.length and one.chi2_per_dof <= other.chi2_per_dof
+
+
 def came_there(one: Fitted, other: Fitted) -> bool:
     """Whether a fit came to the noise where another did not, or is clearly nearer."""
     if clearly_nearer(one, other, CLEARLY):
         return True
-    longer, nearer = one.problem.length >= other.problem.length, one.chi2_per_dof <= other.chi2_per_dof
-    return longer and nearer and other.is_off and not one.is_off
+    return as_near(one, other) and other.is_off and not one.is_off
