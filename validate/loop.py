@@ -130,14 +130,14 @@ def _begun_otherwise(
     """
     taken = [turn.taken.screened.active for turn in found.turns if turn.taken]
     kept = {s.active.effect.name for s in found.standing}
-    asked = len(kept) >= MANY or (len(kept) > 1 and worth_another(found.fitted))
-    if not asked or taken[0].effect.name not in kept:
+    many = len(kept) >= MANY
+    if not (many or (len(kept) > 1 and worth_another(found.fitted))) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
     barred, hopeless = within.barred | {taken[0].effect.name}, HOPELESS * found.fitted.chi2_per_dof
     with suppress(GivenUp):
         other = _searched(prepared, declared, None, pace, replace(within, barred=barred, hopeless=hopeless))
-        plainer = len(other.standing) < len(kept) and as_near(other.fitted, found.fitted)
+        plainer = many and len(other.standing) < len(kept) and as_near(other.fitted, found.fitted)
         return other if plainer or came_there(other.fitted, found.fitted) else found
     return found
 
