@@ -188,12 +188,13 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
 @pytest.mark.parametrize(
     ("off", "first_length", "takes", "nearer", "asked"),
     [
-        (True, None, True, True, True),
-        (True, 30.0, True, True, True),
-        (True, 30.0, True, False, True),
-        (True, 30.0, False, True, True),
-        (True, 10.0, True, True, False),
-        (False, 30.0, True, True, False),
+        (2.5, None, True, True, True),
+        (2.5, 30.0, True, True, True),
+        (2.5, 30.0, True, False, True),
+        (2.5, 30.0, False, True, True),
+        (2.5, 10.0, True, True, False),
+        (0.0, 30.0, True, True, False),
+        (3.5, 30.0, True, True, False),
     ],
 )
 def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_that_takes_over_short_ones(
@@ -213,7 +214,7 @@ def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_t
         return SimpleNamespace(base=SimpleNamespace(problem=SimpleNamespace(length=length)))
 
     turns = [] if first_length is None else [based(first_length)]
-    found = SimpleNamespace(fitted=fit(2.5, off), turns=turns)
+    found = SimpleNamespace(fitted=fit(off or 1.1, off > 0.0), turns=turns)
     other = SimpleNamespace(fitted=fit(1.05 if nearer else 2.4, not nearer))
     monkeypatch.setattr(loop, "rounds", taking)
     monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, length: begun if length == 10.0 else None)

@@ -163,14 +163,14 @@ def _rough(structure: Structure) -> float:
 
 
 def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Within) -> Outcome:
-    """A search that stays off the noise, or one that takes over short windows what it can, if that comes nearer.
+    """A search that ended near the noise, not at it; or one that takes over short windows what it can, if nearer.
 
     Over long ones what is missing may bend a fit until no single effect helps it, where over short ones it is hardly
     off. What looked there first has taken it already.
     """
     length = _rough(prepared.structure)
     looked = bool(found.turns) and not found.turns[0].base.problem.length > length
-    if not found.fitted.is_off or looked:
+    if looked or not found.fitted.is_off or found.fitted.chi2_per_dof > FAR:
         return found
     pace("over short windows")
     turns: list[Turn] = []
