@@ -18,7 +18,7 @@ from ingest.errors import NotIdentifiable
 from validate import clocks, exchange
 from validate.candidates import candidates
 from validate.clocks import fewer_clocks
-from validate.exchange import better_rival, one_for_two, one_load_for_two
+from validate.exchange import better_rival, likelier, one_for_two, one_load_for_two
 from validate.look_alikes import standing
 
 
@@ -38,6 +38,16 @@ def test_a_lag_that_was_taken_gives_way_to_the_delay_that_it_made_up_for():
     assert rival is not None
     [active] = rival.solution.structure.actives
     assert active.effect.name in ("actuator_delay", "clock_offset")  # of one rudder the same
+
+
+def test_what_was_taken_back_comes_into_nobodys_place():
+    lag = fitted_with("actuator_lag")
+    at_its_place, barred = [standing(lag, 0)], []
+    while (rival := likelier(lag, at_its_place, barred)) is not None:
+        name = rival.solution.structure.actives[-1].effect.name
+        assert name not in barred
+        barred.append(name)
+    assert "actuator_delay" in barred or "clock_offset" in barred
 
 
 def test_the_delay_itself_gives_way_to_nothing():

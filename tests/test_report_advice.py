@@ -12,7 +12,7 @@ import pytest
 from identify.effects import EFFECTS
 from identify.fit import FittedEffect
 from identify.report_fit import lead_words
-from validate.advice import NOTHING_SAILED, advice_for
+from validate.advice import NOTHING_SAILED, _once, advice_for
 from validate.diagnosis import TakenEffect, Verdict
 from validate.outcome import Outcome
 from validate.pace import Pace
@@ -101,3 +101,7 @@ def test_what_is_missing_and_too_small_to_matter_is_said(left, says):
     words = advice_for(Verdict.ADEQUATE, (), {"u": 0.0, "v": left}, EMPTY, 0.1)
     assert ("In v, 9.6 % of the standard deviation" in words) is says
     assert ("Nothing to add" in words) is not says
+
+
+def test_what_a_search_came_back_to_is_told_once():
+    assert _once(("walk of a", "bias", "walk of a")) == "walk of a and bias"

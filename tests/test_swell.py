@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from identification_samples import trials_of
 from scipy.linalg import expm
 
+from identify.base_fit import fit_from_scratch
 from identify.innovations import filter_of, new_in, since_used
 from identify.kernel import HEADING, POSITION, VELOCITY, YAW_RATE
 from identify.prepare import prepare
 from identify.swell import RESONANCE, Swell, path_of
 from identify.windows import cut
+from validate import swell as module
 from validate.swell import in_swell
 
 SWELL = Swell(1.7, 0.1, (0.05, 0.08, 0.02), arm=(0.4, -0.3), damping=(0.1, 0.4, 0.6))
@@ -122,3 +125,29 @@ def test_nothing_is_taken_off_where_no_waves_are_known():
     assert calm.less_known(calm.windows[0], errors) is not None
     assert np.array_equal(calm.less_known(calm.windows[0], errors), errors)
     assert not np.allclose(rough.less_known(rough.windows[0], errors), errors)
+
+
+@pytest.mark.parametrize(
+    ("away", "starts", "anew"), [(False, True, False), (True, True, True), (True, False, False)]
+)
+def test_waves_beside_a_fit_that_ran_away_are_seen_again_beside_one_from_scratch(
+    monkeypatch, away, starts, anew
+):
+    """Its errors make a band so wide that nothing else is left to be seen."""
+    waves = SimpleNamespace(swell="wide", stretches=(), length=30.0)
+    found, begun = SimpleNamespace(problem=waves, runs_away=away), SimpleNamespace(problem=waves)
+    monkeypatch.setattr(module, "hardly_seen", lambda _: False)
+    monkeypatch.setattr(module, "_begun_anew", lambda _: begun)
+    monkeypatch.setattr(module, "tried", lambda way: way() if starts else None)
+    monkeypatch.setattr(module, "with_waves_known", lambda fitted: ("seen beside", fitted))
+    assert module._seen_again(found) == (("seen beside", begun) if anew else found)
+
+
+def test_a_fit_from_scratch_in_known_waves_has_them_and_its_windows():
+    ship, trials = trials_of("usv", ("zigzag", "random"), 40.0, 5, ())
+    prepared = prepare(trials, ship.model)
+    calm = fit_from_scratch(prepared.structure, prepared.identify, length=20.0)
+    found = replace(calm, problem=replace(calm.problem, stretches=in_swell(calm.problem.stretches, SWELL)))
+    begun = module._begun_anew(found)
+    assert (begun.problem.swell, begun.problem.length) == (SWELL, 20.0)
+    assert np.isfinite(begun.solution.cost)

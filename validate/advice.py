@@ -61,12 +61,12 @@ def advice_for(
         )
     if outcome.refuted:
         parts.append(
-            f"Taken back: {joined(outcome.refuted)}: the logs to identify on are fitted better so, the unseen ones "
+            f"Taken back: {_once(outcome.refuted)}: the logs to identify on are fitted better so, the unseen ones "
             "predicted no better. Sail the same manoeuvre twice, once for each, to see what differs."
         )
     if outcome.unsure:
         parts.append(
-            f"Not taken: {joined(outcome.unsure)}: the fit gains by it, but with what pushes the vessel unlogged its "
+            f"Not taken: {_once(outcome.unsure)}: the fit gains by it, but with what pushes the vessel unlogged its "
             "value may as well be nothing, or it moves the vessel so little that a small fault of the model would do."
         )
     if outcome.slight:
@@ -106,6 +106,11 @@ def checks_of(taken: Sequence[TakenEffect]) -> list[str]:
 
 def _of(inputs: Sequence[str]) -> str:
     return f" of {joined(inputs)}" if inputs else ""
+
+
+def _once(labels: Sequence[str]) -> str:
+    """Labels in words, each once: a search may have come back to what was taken back."""
+    return joined(list(dict.fromkeys(labels)))
 
 
 def _either_of_two(taken: Sequence[TakenEffect], outcome: Outcome) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import combinations, permutations
 
@@ -28,9 +28,18 @@ SPEEDS, FOLLOWED = (2.0, 5.0, 10.0), 20
 LITTLE = 0.02
 
 
-def likelier(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:
-    """A fit that the measurements prefer to what was taken, or that says as much with less; None without one."""
+def likelier(fitted: Fitted, standing: Sequence[Standing], barred: Collection[str] = ()) -> Fitted | None:
+    """A fit that the measurements prefer to what was taken, or that says as much with less; None without one.
+
+    Effects whose names are ``barred`` come into nobody's place.
+    """
+    standing = [replace(s, rivals=tuple(r for r in s.rivals if _last(r) not in barred)) for s in standing]
     return better_rival(fitted, standing) or one_for_two(fitted, standing) or one_load_for_two(fitted)
+
+
+def _last(fitted: Fitted) -> str:
+    """Name of the effect that was added last."""
+    return fitted.solution.structure.actives[-1].effect.name
 
 
 def better_rival(fitted: Fitted, standing: Sequence[Standing]) -> Fitted | None:

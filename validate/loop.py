@@ -206,7 +206,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
     """What was found, with what the measurements clearly prefer in its place, and what could stand there as well."""
     standing = all_standing(fine, wiring, pace)
     for _ in range(EXCHANGES):
-        rival = likelier(fine, standing) or fewer_clocks(fine)
+        rival = likelier(fine, standing, within.barred) or fewer_clocks(fine)
         if rival is None and len(fine.solution.structure.actives) < MOST_EFFECTS:
             rival = two_for_one(fine, within.barred)
         if rival is None:

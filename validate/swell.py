@@ -9,10 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from identify.base_fit import fit_states, window_length
+from identify.base_fit import fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import calibrated_anew
 from identify.stretch import Stretch
+from identify.structure import effects_alone
 from identify.swell import Swell
 from identify.windows import Problem, cut
 from preprocess.cores import side_by_side
@@ -58,9 +59,26 @@ def with_waves_known(fitted: Fitted) -> Fitted:
 
 
 def _seen_again(found: Fitted) -> Fitted:
-    """A fit that knows of waves, of whose band longer windows say more where they were seen in too short ones."""
-    swell = found.problem.swell
-    return with_waves_known(found) if swell and hardly_seen(swell) else found
+    """A fit that knows of waves, seen anew where longer windows say more of their band, or where it had run away.
+
+    What a fit in a wrong valley leaves is taken for a wide band, which then leaves nothing to be seen: one that is
+    begun from scratch in these waves shows how wide they are.
+    """
+    if not found.problem.swell:
+        return found
+    if hardly_seen(found.problem.swell):
+        found = with_waves_known(found)
+    if not found.runs_away:
+        return found
+    begun = tried(partial(_begun_anew, found))
+    return found if begun is None else with_waves_known(begun)
+
+
+def _begun_anew(found: Fitted) -> Fitted:
+    """A fit from scratch in the waves that a fit knows of, with its effects' values."""
+    structure, problem = found.solution.structure, found.problem
+    known = effects_alone(structure, found.solution.p)
+    return fit_from_scratch(structure, problem.stretches, known, length=problem.length)
 
 
 def _tried(fitted: Fitted) -> Fitted | None:
