@@ -8,7 +8,7 @@ import pytest
 
 from identify.fitted import FAR, NEAR
 from validate import judgement
-from validate.analysis import _nearest_bare
+from validate.analysis import _nearest_bare, _nearest_in_windows
 from validate.judgement import _in_their_logs
 
 
@@ -23,8 +23,9 @@ def fit(chi2, length=30.0, actives=(), total=0.0, strays=1.0):
     )
 
 
-def outcome(fitted, standing=(), wiring=None):
-    return SimpleNamespace(fitted=fitted, standing=standing, wiring=wiring)
+def outcome(fitted, bases=(), wiring=None):
+    turns = [SimpleNamespace(base=b) for b in bases]
+    return SimpleNamespace(fitted=fitted, turns=turns, wiring=wiring)
 
 
 def test_a_search_that_ends_without_effects_gives_its_fit_where_that_is_clearly_nearer_the_noise():
@@ -33,13 +34,27 @@ def test_a_search_that_ends_without_effects_gives_its_fit_where_that_is_clearly_
     assert _nearest_bare(declared, None) is declared
 
 
+def test_where_a_candidate_led_to_the_declared_models_better_valley_that_is_its_fit():
+    """What was found beside it may be refuted, or is held against it: as it is, not as a worse valley had it."""
+    declared, better, best = fit(2.0), fit(1.2), fit(1.1)
+    rough, taken = fit(0.9, length=10.0), fit(1.0, actives=("walk",))
+    assert _nearest_bare(declared, outcome(taken, (rough, better, best, taken))) is best
+
+
+def test_values_that_windows_agree_with_leave_no_structure_though_free_runs_go_anywhere_by_them():
+    declared, astray = fit(2.0), fit(1.1, strays=9.0)
+    ended = outcome(fit(1.0, actives=("walk",)), (astray,))
+    assert _nearest_bare(declared, ended) is declared
+    assert _nearest_in_windows(declared, ended) is astray
+    assert _nearest_in_windows(declared, outcome(astray, wiring="swapped")) is declared
+
+
 @pytest.mark.parametrize(
     "ended",
     [
         outcome(fit(1.99)),  # no nearer than by chance
         outcome(fit(1.2, length=10.0)),  # short windows hide what it lacks
-        outcome(fit(1.2, actives=("current",))),  # another structure
-        outcome(fit(1.2), standing=("current",)),  # it found something: that is the fit after
+        outcome(fit(1.2, actives=("current",)), (fit(1.2, actives=("walk",)),)),  # other structures
         outcome(fit(1.2), wiring="swapped"),
         outcome(fit(1.2, strays=1.1)),  # it predicts its own logs worse
     ],

@@ -111,7 +111,7 @@ def analyse(
     waves = waves if waves and needs_waves(near) else None
     if waves is None:
         declared, after, outcome = _without_waves(declared, after, outcome)
-    in_windows = after
+    in_windows = _nearest_in_windows(declared, outcome) if windowed and after is declared else after
     if windowed:
         declared, after, outcome = _finished(declared, after, outcome)
     stretches = [*prepared.identify, *prepared.validate]
@@ -143,19 +143,33 @@ def _after(prepared: Prepared, declared: Fitted, outcome: Outcome | None, far: b
 
 
 def _nearest_bare(declared: Fitted, outcome: Outcome | None) -> Fitted:
-    """The declared model's fit; or that of a search that was left with no effect, where that is clearly nearer.
+    """The declared model's fit; or one that a search held candidates against, or was left with, if clearly nearer.
 
-    Nearer in windows is not enough of one that predicts its own logs worse over their whole length.
+    A search may find the declared model's better valley from where a candidate led. Nearer in windows is not enough of
+    a fit that predicts its own logs worse over their whole length.
     """
-    if outcome is None or outcome.standing or outcome.wiring:
-        return declared
-    found = outcome.fitted
-    alike = found.solution.structure.actives == declared.solution.structure.actives
-    long = found.problem.length >= declared.problem.length
-    if not (alike and long and found.chi2_per_dof < NEARER * declared.chi2_per_dof):
-        return declared
+    found = _nearest_in_windows(declared, outcome)
     strays = [f.remembered(free_running_misfit) for f in (declared, found)]
     return found if strays[1] <= strays[0] else declared
+
+
+def _nearest_in_windows(declared: Fitted, outcome: Outcome | None) -> Fitted:
+    """The declared model's fit, or the nearest of a search's own that are clearly nearer in windows as long.
+
+    Few short logs leave a rich model's values open, by which its free runs go anywhere: that is no structure that it
+    lacks, as long as there are values that windows agree with.
+    """
+    if outcome is None or outcome.wiring:
+        return declared
+    bare = [f for f in (*(t.base for t in outcome.turns), outcome.fitted) if _clearly_nearer(f, declared)]
+    return min(bare, key=lambda f: f.chi2_per_dof, default=declared)
+
+
+def _clearly_nearer(found: Fitted, declared: Fitted) -> bool:
+    """Whether a fit of the declared model is clearly nearer the noise, in windows as long."""
+    alike = found.solution.structure.actives == declared.solution.structure.actives
+    long = found.problem.length >= declared.problem.length
+    return alike and long and found.chi2_per_dof < NEARER * declared.chi2_per_dof
 
 
 def _nearest(after: Fitted, outcome: Outcome | None) -> Fitted:
