@@ -32,8 +32,8 @@ SILENT, SILENT_SECONDS = 5.0, 1.0
 #: Time constants that are tried, s, the first alone where there is none; gain in -2 log likelihood that is believed,
 #: and by which another time constant than the first is.
 TIMES, BELIEVED, CLEARER = (40.0, 10.0, 20.0, 80.0, 160.0), 12.0, 4.0
-#: A wander of less than this, rad, is as good as none.
-NEGLIGIBLE = 1e-3
+#: A wander of less than this, rad, is as good as none, and a compass of less noise than this as good as exact.
+NEGLIGIBLE, EXACT = 1e-3, 1e-6
 #: Sizes are sought between these, as logarithms, in units of the white noise of a block.
 RANGE = (-5.0, 8.0)
 #: So much, as a logarithm, may the gyro's noise add up faster than its samples say: they miss what is between them.
@@ -148,7 +148,7 @@ def _piece(
     mean = [np.bincount(where, c) / count for c in (at, psi - integral, *columns.T)]
     if len(count) < LEAST:
         return None
-    walk = float(np.median(np.diff(t))) * gyro.sigma**2 / heading.sigma**2
+    walk = float(np.median(np.diff(t))) * (gyro.sigma / max(heading.sigma, EXACT)) ** 2
     return _Piece(log, mean[0], mean[1], np.column_stack(mean[2:]), count.astype(float), walk)
 
 
@@ -213,5 +213,5 @@ def _deviance(pieces: Sequence[_Piece], unit: Sequence[FloatArray], sizes: Float
     shown = values > UNTOLD * values[-1]
     reached = (vectors[:, shown].T @ score) ** 2 / values[shown]
     free = sum(len(p.t) - 1 for p in pieces) - int(shown.sum())
-    noise = float(gram[-1, -1] - reached.sum()) / free
+    noise = max(float(gram[-1, -1] - reached.sum()) / free, EXACT**2)
     return float(logs + np.log(values[shown]).sum() - 2.0 * np.log(root).sum() + free * np.log(noise)), noise

@@ -105,3 +105,19 @@ def test_a_known_wander_is_noise_and_not_structure_that_the_model_lacks():
         shares.append(structured_share(fitted)["v"])
     assert chi2[0] > 1.3 > 1.1 > chi2[1]
     assert shares[1] <= shares[0]
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.1])
+def test_an_exact_compass_does_not_wander(rate):
+    """Neither at rest nor in a steady turn, where nothing at all is left of heading and gyro."""
+
+    def exact(t):
+        heading, gyro = t.measurements["heading"], t.measurements["yaw_rate"]
+        both = {
+            "heading": replace(heading, value=rate * heading.t, sigma=0.0),
+            "yaw_rate": replace(gyro, value=np.full(len(gyro.t), rate), sigma=0.0),
+        }
+        return replace(t, measurements={**t.measurements, **both})
+
+    with np.errstate(all="raise"):
+        assert heading_wander([exact(t) for t in sailed()]) is None

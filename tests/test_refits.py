@@ -75,7 +75,7 @@ def test_near_the_noise_and_lost_it_is_too_and_weighed_as_the_others_are(monkeyp
     """A base whose sway stands for a late rudder is near the noise, follows nothing, and no step leads out of it."""
     fitted, screened = far_off()
     loose = Stretch.weighted
-    blunt = tuple(loose(s, 20.0 * s.samples.sigma) for s in fitted.problem.stretches)
+    blunt = tuple(loose(s, 20.0 * s.samples.sigma, np.ones(4)) for s in fitted.problem.stretches)
     near = replace(fitted, problem=replace(fitted.problem, stretches=blunt))
     near = under(near.problem, near)
     assert near.chi2_per_dof < FAR
