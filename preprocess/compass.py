@@ -21,7 +21,6 @@ from scipy.optimize import minimize
 from preprocess.trial import Measurement, Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Shortest block over which errors are averaged, s, and about how many blocks there are in all.
 SHORTEST, MOST = 1.0, 500
@@ -143,8 +142,7 @@ def _piece(
     columns = np.column_stack(
         [integral, np.interp(at, t, r), np.sin(psi), np.cos(psi), np.sin(2.0 * psi), np.cos(2.0 * psi)]
     )
-    block = np.minimum((at - at[0]) / length, 1e9).astype(np.int64)
-    _, where, count = np.unique(block, return_inverse=True, return_counts=True)
+    _, where, count = np.unique((at - at[0]) // length, return_inverse=True, return_counts=True)
     mean = [np.bincount(where, c) / count for c in (at, psi - integral, *columns.T)]
     if len(count) < LEAST:
         return None
@@ -153,7 +151,7 @@ def _piece(
 
 
 def _with_own(piece: _Piece, logs: int) -> _Piece:
-    """The piece less its mean, with a drift of the gyro in its own log alone."""
+    """The piece with a drift of the gyro in its own log alone."""
     offset = np.zeros((len(piece.t), logs))
     offset[:, piece.log] = piece.t - piece.t.mean()
     return piece._replace(columns=np.column_stack([piece.columns, offset]))
