@@ -101,10 +101,8 @@ def heading_wander(trials: Sequence[Trial]) -> HeadingWander | None:
     first = _likeliest(pieces, TIMES[0])
     if none - first[0] < 0.5 * BELIEVED:
         return None
-    tried = {time: _likeliest(pieces, time) for time in TIMES[1:]} | {
-        TIMES[0]: (first[0] - CLEARER, first[1])
-    }
-    time = min(tried, key=lambda k: tried[k][0])
+    tried = {TIMES[0]: first} | {time: _likeliest(pieces, time) for time in TIMES[1:]}
+    time = min(tried, key=lambda k: tried[k][0] - CLEARER * (k == TIMES[0]))
     gain, size = none - tried[time][0], tried[time][1]
     return HeadingWander(size, time, gain) if gain >= BELIEVED and size >= NEGLIGIBLE else None
 

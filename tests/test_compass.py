@@ -13,6 +13,7 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
 from identify.kernel import HEADING
 from identify.prepare import prepare
+from preprocess import compass
 from preprocess.compass import heading_wander, with_heading_wander
 from validate.structure_left import structured_share
 
@@ -121,3 +122,14 @@ def test_an_exact_compass_does_not_wander(rate):
 
     with np.errstate(all="raise"):
         assert heading_wander([exact(t) for t in sailed()]) is None
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "chosen"), [(20.0, 23.0, 40.0), (20.0, 25.0, 10.0), (11.9, 11.0, None)]
+)
+def test_a_gain_is_what_it_is_though_the_first_time_constant_is_preferred(monkeypatch, first, other, chosen):
+    """Times that are not told apart leave the first; what speaks for it is not the more for that."""
+    gains = {None: 0.0, 40.0: first, 10.0: other}
+    monkeypatch.setattr(compass, "_likeliest", lambda _, time: (-gains.get(time, 0.0), 0.02))
+    found = heading_wander(sailed())
+    assert (found and (found.time, found.gain)) == (chosen and (chosen, gains[chosen]))
