@@ -37,6 +37,10 @@ NEGLIGIBLE, EXACT = 1e-3, 1e-6
 RANGE = (-5.0, 8.0)
 #: So much, as a logarithm, may the gyro's noise add up faster than its samples say: they miss what is between them.
 WALKS = (0.0, 1.2)
+#: The rate and its slope are taken over so long, s, each way: about as long as a compass may be late.
+LATE = 0.5
+#: So many times the angle is sought by which a compass deviates.
+ANGLES = 3
 #: Evaluations of the likelihood in a search, and share of the largest information below which nothing is told.
 MOST_EVALUATIONS, UNTOLD = 90, 1e-9
 
@@ -48,6 +52,18 @@ class HeadingWander:
     size: float
     time: float
     gain: float
+
+
+class _Run(NamedTuple):
+    """Times (n,) of headings that a gyro spans, ``psi``, the gyro's integral at them, its rate and its slope."""
+
+    log: int
+    at: FloatArray
+    psi: FloatArray
+    integral: FloatArray
+    rate: FloatArray
+    slope: FloatArray
+    walk: float
 
 
 class _Piece(NamedTuple):
@@ -92,8 +108,12 @@ def _less_sure(trial: Trial, wander: HeadingWander) -> Trial:
 def heading_wander(trials: Sequence[Trial]) -> HeadingWander | None:
     """The wander of the headings against the gyro; None where none shows, or no log has both."""
     both = [t for t in trials if {"heading", "yaw_rate"} <= set(t.measurements)]
-    length = max(SHORTEST, sum(b - a for t in both for a, b in t.segments) / MOST)
-    pieces = [p for k, t in enumerate(both) for p in _pieces(k, t, length)]
+    runs = [run for k, t in enumerate(both) for run in _runs(k, t)]
+    if not runs:
+        return None
+    length = max(SHORTEST, sum(run.at[-1] - run.at[0] for run in runs) / MOST)
+    angles = zip(runs, _angles(runs), strict=True)
+    pieces = [p for run, angle in angles if (p := _piece(run, angle, length))]
     if sum(len(p.t) for p in pieces) < TELLING:
         return None
     pieces = [_with_own(p, len(both)) for p in pieces]
@@ -107,8 +127,8 @@ def heading_wander(trials: Sequence[Trial]) -> HeadingWander | None:
     return HeadingWander(size, time, gain) if gain >= BELIEVED and size >= NEGLIGIBLE else None
 
 
-def _pieces(log: int, trial: Trial, length: float) -> list[_Piece]:
-    """What of a log the gyro spans, in blocks of about ``length`` s."""
+def _runs(log: int, trial: Trial) -> list[_Run]:
+    """What of a log a gyro spans that is never silent for long."""
     heading, gyro = trial.measurements["heading"], trial.measurements["yaw_rate"]
     t, r = gyro.t[gyro.good], gyro.value[gyro.good]
     if len(t) < LEAST:
@@ -116,36 +136,63 @@ def _pieces(log: int, trial: Trial, length: float) -> list[_Piece]:
     longest = max(SILENT * float(np.median(np.diff(t))), SILENT_SECONDS)
     edges = [0, *(np.nonzero(np.diff(t) > longest)[0] + 1), len(t)]
     found = [
-        _piece(log, heading, gyro, t[a:b], r[a:b], span, length)
+        _run(log, heading, gyro, t[a:b], r[a:b], span)
         for a, b in pairwise(edges) for span in trial.segments if b - a >= LEAST
     ]  # fmt: skip
-    return [p for p in found if p is not None]
+    return [run for run in found if len(run.at) >= LEAST]
 
 
-def _piece(
-    log: int,
-    heading: Measurement,
-    gyro: Measurement,
-    t: FloatArray,
-    r: FloatArray,
-    span: tuple[float, float],
-    length: float,
-) -> _Piece | None:
+def _run(
+    log: int, heading: Measurement, gyro: Measurement, t: FloatArray, r: FloatArray, span: tuple[float, float]
+) -> _Run:
     inside = heading.good & (heading.t >= max(t[0], span[0])) & (heading.t <= min(t[-1], span[1]))
     at, psi = heading.t[inside], heading.value[inside]
-    if len(at) < LEAST or at[-1] - at[0] < LEAST * length:
-        return None
     turned = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (r[1:] + r[:-1]))])
-    integral = np.interp(at, t, turned)
-    columns = np.column_stack(
-        [integral, np.interp(at, t, r), np.sin(psi), np.cos(psi), np.sin(2.0 * psi), np.cos(2.0 * psi)]
-    )
-    _, where, count = np.unique((at - at[0]) // length, return_inverse=True, return_counts=True)
-    mean = [np.bincount(where, c) / count for c in (at, psi - integral, *columns.T)]
+    walk = float(np.median(np.diff(t))) * (gyro.sigma / max(heading.sigma, EXACT)) ** 2
+    before, now, after = (np.interp(at + shift, t, turned) for shift in (-LATE, 0.0, LATE))
+    rate, slope = 0.5 * (after - before) / LATE, (after - 2.0 * now + before) / LATE**2
+    return _Run(log, at, psi, now, rate, slope, walk)
+
+
+def _angles(runs: Sequence[_Run]) -> list[FloatArray]:
+    """The heading (n,) of each run as the gyro tells it: its integral, begun where a compass that deviates says.
+
+    By a heading's own angle a compass would deviate by what it wanders.
+    """
+    angles = [run.psi for run in runs]
+    against = [run.psi - run.integral for run in runs]
+    for _ in range(ANGLES):
+        around = [_alike(r, a) for r, a in zip(runs, angles, strict=True)]
+        bare = [_bare(r.at, np.column_stack([c, a])) for r, c, a in zip(runs, around, against, strict=True)]
+        columns = np.concatenate(bare)
+        alike = np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0]
+        left = [a - c @ alike for c, a in zip(around, against, strict=True)]
+        angles = [
+            (1.0 + alike[0]) * r.integral + rest - _bare(r.at, rest)
+            for r, rest in zip(runs, left, strict=True)
+        ]
+    return angles
+
+
+def _bare(at: FloatArray, values: FloatArray) -> FloatArray:
+    """Values (n, ...) less the straight line in time that is nearest to them."""
+    line = np.column_stack([np.ones(len(at)), at - at.mean()])
+    return np.asarray(values - line @ np.linalg.lstsq(line, values, rcond=None)[0], dtype=float)
+
+
+def _alike(run: _Run, angle: FloatArray) -> FloatArray:
+    """What every log has alike (n, 11), for an angle (n,): the gyro's scale, a lag, deviation once and twice around."""
+    around = np.column_stack([f(k * angle) for k in (1.0, 2.0) for f in (np.sin, np.cos)])
+    return np.column_stack([run.integral, run.rate, run.slope, around, run.rate[:, None] * around])
+
+
+def _piece(run: _Run, angle: FloatArray, length: float) -> _Piece | None:
+    """What is left of heading and gyro in blocks of about ``length`` s; None of too few."""
+    _, where, count = np.unique((run.at - run.at[0]) // length, return_inverse=True, return_counts=True)
     if len(count) < LEAST:
         return None
-    walk = float(np.median(np.diff(t))) * (gyro.sigma / max(heading.sigma, EXACT)) ** 2
-    return _Piece(log, mean[0], mean[1], np.column_stack(mean[2:]), count.astype(float), walk)
+    mean = [np.bincount(where, c) / count for c in (run.at, run.psi - run.integral, *_alike(run, angle).T)]
+    return _Piece(run.log, mean[0], mean[1], np.column_stack(mean[2:]), count.astype(float), run.walk)
 
 
 def _with_own(piece: _Piece, logs: int) -> _Piece:

@@ -22,10 +22,10 @@ STILL = Sensor(10.0, 0.01)
 WANDERING = replace(STILL, wander=0.02, wander_time=40.0)
 
 
-def sailed(heading=STILL, effects=(), seed=1, logs=LOGS):
+def sailed(heading=STILL, effects=(), seed=1, logs=LOGS, seconds=90.0):
     """Trials of a small vessel with this compass and a good gyro."""
     suite = replace(Suite(), heading=heading, yaw_rate=Sensor(10.0, 0.001), shared_attitude=False)
-    return trials_of("usv", logs, 90.0, seed, effects, validate=0, suite=suite)[1]
+    return trials_of("usv", logs, seconds, seed, effects, validate=0, suite=suite)[1]
 
 
 def test_a_wander_shows_with_its_size():
@@ -50,16 +50,28 @@ def test_what_every_log_has_alike_is_no_wander(wrong):
     assert heading_wander(sailed(effects=(wrong,))) is None
 
 
-@pytest.mark.parametrize("swing", [0.1, -0.2])
-def test_a_compass_that_deviates_or_is_late_does_not_wander(swing):
-    def turned(t, lag=0.3):
-        m = t.measurements["heading"]
-        late = np.interp(m.t - lag, m.t, m.value)
-        return replace(
-            t, measurements={**t.measurements, "heading": replace(m, value=late + swing * np.sin(late))}
-        )
+def deviating(trial, swing, lag=0.3):
+    """The trial with a compass that is late, and deviates once and twice around."""
+    m = trial.measurements["heading"]
+    late = np.interp(m.t - lag, m.t, m.value)
+    off = late + swing * np.sin(late) + 0.3 * swing * np.cos(2.0 * late)
+    return replace(trial, measurements={**trial.measurements, "heading": replace(m, value=off)})
 
-    assert heading_wander([turned(t) for t in sailed()]) is None
+
+@pytest.mark.parametrize("logs", [LOGS, ("zigzag",) * 4], ids=["all headings", "narrow"])
+@pytest.mark.parametrize("swing", [0.1, -0.2])
+def test_a_compass_that_deviates_or_is_late_does_not_wander(logs, swing):
+    assert heading_wander([deviating(t, swing) for t in sailed(logs=logs)]) is None
+    wanders = heading_wander([deviating(t, swing) for t in sailed(WANDERING, logs=logs)])
+    assert wanders.size == pytest.approx(0.02, rel=0.5)
+
+
+def test_headings_within_some_tens_of_degrees_tell_a_wander():
+    """What a compass deviates by at its own headings would be what it wanders."""
+    (still,), (wandering,) = (sailed(h, logs=("zigzag",), seconds=400.0) for h in (STILL, WANDERING))
+    assert np.ptp(still.states["psi"]) < np.radians(90.0)
+    assert heading_wander([still]) is None
+    assert heading_wander([wandering]).size == pytest.approx(0.02, rel=0.5)
 
 
 def test_a_gyro_that_is_silent_for_a_while_makes_no_wander():
