@@ -151,3 +151,16 @@ def test_a_fit_from_scratch_in_known_waves_has_them_and_its_windows():
     begun = module._begun_anew(found)
     assert (begun.problem.swell, begun.problem.length) == (SWELL, 20.0)
     assert np.isfinite(begun.solution.cost)
+
+
+@pytest.mark.parametrize(
+    ("far", "chi2", "anew"), [(True, 40.0, True), (True, 60.0, False), (False, 1.0, False)]
+)
+def test_waves_that_led_a_far_fit_to_a_nearer_valley_are_seen_anew_from_there(monkeypatch, far, chi2, anew):
+    """A fit that ran away may show anything that swings; what it was taken for would hide a current."""
+    fitted, bare = SimpleNamespace(is_far=far, chi2_per_dof=100.0), SimpleNamespace(chi2_per_dof=chi2)
+    monkeypatch.setattr(module, "without_waves", lambda _: bare)
+    monkeypatch.setattr(module, "with_waves_known", lambda fit: ("anew", fit))
+    monkeypatch.setattr(module, "_seen_again", lambda found: ("again", found))
+    expected = ("anew", bare) if anew else ("again", "found")
+    assert module._from_where_it_led(fitted, "found") == expected

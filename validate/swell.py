@@ -31,6 +31,8 @@ SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
 ASKED = 12
 #: Waves that errors only may show leave no more than this share of them.
 LEFT = 0.1
+#: Waves that a fit far from the noise shows are seen anew in a valley that leaves this share of its squared errors.
+HALF = 0.5
 #: Slow waves show in windows so many times as long as others.
 LONGER = 2.0
 
@@ -48,14 +50,25 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     swell = _shown(usual)
     if swell is None and known is None:
         tried = _tried(usual)
-        return _seen_again(tried) if tried else fitted
+        return _from_where_it_led(fitted, tried) if tried else fitted
     if swell is None and not _would_show(known, usual):
         return fitted
     problem = _with_likeliest_shape(usual, swell)
     if _band(problem.swell) == _band(known):
         return fitted
     found = _knowing(usual, problem)
-    return found if known else _seen_again(found)
+    return found if known else _from_where_it_led(fitted, found)
+
+
+def _from_where_it_led(fitted: Fitted, found: Fitted) -> Fitted:
+    """A fit with the waves that one without showed; or the like from that which it led to, where the first was far off.
+
+    A fit that ran away has errors in which anything may swing; waves that they are taken for let it come back, and
+    hide what is missing besides.
+    """
+    bare = without_waves(found) if fitted.is_far else fitted
+    nearer = bare.chi2_per_dof < HALF * fitted.chi2_per_dof
+    return with_waves_known(bare) if nearer else _seen_again(found)
 
 
 def _seen_again(found: Fitted) -> Fitted:
