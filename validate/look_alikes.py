@@ -27,7 +27,7 @@ from validate.candidates import (
 )
 from validate.judgement import INDISTINCT, significance
 from validate.refits import step_tolerance, under
-from validate.same_cause import acting, more_of, of_all_others
+from validate.same_cause import is_rival, of_all_others
 from validate.scan import between_log_and_hull
 from validate.score_scatter import scatter
 
@@ -138,18 +138,19 @@ def left_on(information: FloatArray, others: IntArray, mine: IntArray) -> FloatA
     return np.asarray(left / np.outer(scale[mine], scale[mine]), dtype=float)
 
 
-def standing(fitted: Fitted, index: int) -> Standing:
-    """Judge one effect of a fit: its gain, and every rival that would explain as much in its place."""
+def standing(fitted: Fitted, index: int, beside: Sequence[Screened] = ()) -> Standing:
+    """Judge one effect of a fit: its gain, and every rival that would explain as much in its place.
+
+    Rivals are those whose signatures overlap with its, and those ``beside`` them, each with a start.
+    """
     structure = fitted.solution.structure
     active = structure.actives[index]
     gain = loss_without(fitted, index)
     among = {s.name for s in fitted.problem.stretches}
-    rivals = [
-        a
-        for a in candidates(structure.without(index))
-        if acting(a, among) != acting(active, among) and not more_of(active, a)
-    ]
-    close = _overlapping(fitted, index, rivals, gain)
+    rivals = [a for a in candidates(structure.without(index)) if is_rival(active, a, among)]
+    known = {s.active.label: s for s in beside if is_rival(active, s.active, among)}
+    overlapping = [s for s in _overlapping(fitted, index, rivals, gain) if s.active.label not in known]
+    close = [*overlapping, *known.values()]
     tried = side_by_side(
         lambda a: _as_good(fitted, index, a), close, shared=[*in_common(fitted), *(a.active for a in close)]
     )

@@ -204,7 +204,7 @@ def searched_on(outcome: Outcome, within: Within, pace: Pace) -> Outcome:
 
 def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:
     """What was found, with what the measurements clearly prefer in its place, and what could stand there as well."""
-    standing = all_standing(fine, wiring, pace)
+    standing = all_standing(fine, wiring, pace, turns)
     for _ in range(EXCHANGES):
         rival = likelier(fine, standing, within.barred) or fewer_clocks(fine)
         if rival is None and len(fine.solution.structure.actives) < MOST_EFFECTS:
@@ -213,7 +213,7 @@ def _exchanged(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pac
             break
         pace(f"exchanged: {rival.solution.structure.actives[-1].label}")
         fine = pruned(rounds(pruned(on_each_input(settled(rival)), pace), turns, pace, within=within), pace)
-        standing = all_standing(fine, wiring, pace)
+        standing = all_standing(fine, wiring, pace, turns)
     return Outcome(fine, tuple(turns), standing, wiring)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identify.fitted import Fitted
@@ -9,6 +10,7 @@ from validate.look_alikes import Standing, standing
 from validate.pace import Pace
 from validate.pruning import searched
 from validate.rounds import Turn
+from validate.runners_up import runners_up
 from validate.wiring import Wiring
 
 
@@ -29,11 +31,13 @@ class Outcome:
     slight: tuple[str, ...] = ()
 
 
-def all_standing(fitted: Fitted, wiring: Wiring | None, pace: Pace) -> tuple[Standing, ...]:
-    """What every effect of a fit is worth, and what could stand in its place."""
+def all_standing(
+    fitted: Fitted, wiring: Wiring | None, pace: Pace, turns: Sequence[Turn] = ()
+) -> tuple[Standing, ...]:
+    """What every effect of a fit is worth, and what could stand in its place; ``turns`` say what nearly did."""
     found = [Standing(wiring.active, wiring.z**2, wiring.p_value, wiring.look_alikes)] if wiring else []
     pace.expect(len(searched(fitted)))
     for k in searched(fitted):
         pace(f"rivals of {fitted.solution.structure.actives[k].label}")
-        found.append(standing(fitted, k))
+        found.append(standing(fitted, k, runners_up(turns, fitted, k)))
     return tuple(found)

@@ -7,6 +7,11 @@ from identify.effects.sensors import MASS_CHANGE
 from validate.candidates import plainly_read
 
 
+def is_rival(active: Active, other: Active, among: set[str]) -> bool:
+    """Whether another cause is one ``among`` some logs, which these can tell apart, and no more of the same."""
+    return acting(other, among) != acting(active, among) and not more_of(active, other)
+
+
 def more_of(active: Active, rival: Active) -> bool:
     """Whether a rival is the same effect on this input and others besides: more of the same is no other cause."""
     mine, theirs = active.variant.inputs, rival.variant.inputs

@@ -81,7 +81,7 @@ def _without_unsure(outcome: Outcome, pace: Pace) -> Outcome:
         fitted = dropped(fitted, least)
     if fitted is outcome.fitted:
         return outcome
-    standing = all_standing(fitted, outcome.wiring, pace)
+    standing = all_standing(fitted, outcome.wiring, pace, outcome.turns)
     slight = [*outcome.slight, *slight]
     return replace(outcome, fitted=fitted, standing=standing, unsure=tuple(unsure), slight=tuple(slight))
 
