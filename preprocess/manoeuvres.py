@@ -128,7 +128,7 @@ def gridded(
     count = min(len(part), 2000) if step is None else max(int(span / step), 2) + 1
     t = np.linspace(part["t"].iloc[0], part["t"].iloc[-1], count)
     u, v, psi, r = (np.interp(t, part["t"], part[k]) for k in ("u", "v", "psi", "r"))
-    values = {k: _acting(m, t) for k, m in inputs.items() if len(m.t) > 1}
+    values = {k: _acting(m, t) for k, m in inputs.items() if m.good.sum() > 1}
     steer, angle = _steering(values, angles, r)
     moving = [x for x in values.values() if np.ptp(x) > 0.0]
     throttle = np.mean(np.abs(moving), axis=0) if moving else None
@@ -137,10 +137,11 @@ def gridded(
 
 
 def _acting(m: Measurement, t: FloatArray) -> FloatArray:
-    """Value of an input at some times, (n,): a command holds until the next."""
+    """Value of an input at some times, (n,), by its good samples: a command holds until the next."""
+    at, value = m.t[m.good], m.value[m.good]
     if not m.held:
-        return np.interp(t, m.t, m.value)
-    return np.asarray(m.value[np.maximum(np.searchsorted(m.t, t, side="right") - 1, 0)], dtype=float)
+        return np.interp(t, at, value)
+    return np.asarray(value[np.maximum(np.searchsorted(at, t, side="right") - 1, 0)], dtype=float)
 
 
 def _steering(

@@ -14,6 +14,8 @@ import numpy as np
 from preprocess.kalman import IntArray
 from preprocess.trial import FloatArray
 
+#: Percentile of the rudder's angles that is as far as it goes: a sample beyond may be a wild one.
+FARTHEST = 95.0
 #: Share of the angle beyond which the rudder is over; back within half of that it is about amidships.
 OVER = 0.5
 #: Share of the way amidships by which it has left its side for good: it trembles less.
@@ -41,8 +43,10 @@ def zigzag_angles(t: FloatArray, psi: FloatArray, steer: FloatArray, every: floa
     every : float
         Time between the samples of the rudder, s: where the vessel turns on by much meanwhile nothing is told.
     """
+    if not (len(t) and np.isfinite(psi).all() and np.isfinite(steer).all()):
+        return ""
     size = np.degrees(np.abs(steer))
-    rudder = _agreed(size[size >= OVER * size.max()], HELD, SWAYS)
+    rudder = _agreed(size[size >= OVER * np.percentile(size, FARTHEST)], HELD, SWAYS)
     turned, unsure = (np.degrees(x) for x in _turned(t, psi, steer, every))
     switch = _agreed(turned, AGREEING, SCATTER) if len(turned) >= LEAST_ORDERS else 0.0
     if len(turned) and float(np.median(unsure)) > max(SCATTER * switch, LEAST_SCATTER):
@@ -69,11 +73,11 @@ def _turned(t: FloatArray, psi: FloatArray, steer: FloatArray, every: float) -> 
 
     And how far it turned in half the time ``every`` after each order.
     """
-    low, high = np.percentile(steer, [5.0, 95.0])
+    low, high = np.percentile(steer, [100.0 - FARTHEST, FARTHEST])
     away = (steer - 0.5 * (low + high)) / max(0.5 * (high - low), 1e-12)
     over = np.flatnonzero(np.abs(away) > OVER)
     last = np.flatnonzero(np.diff(np.sign(away[over])) != 0)
-    gone = [np.abs(away - np.sign(away[over[k]])) for k in last]
+    gone = [1.0 - away * np.sign(away[over[k]]) for k in last]
     times = np.array([_left(t, x, over[k], over[k + 1]) for k, x in zip(last, gone, strict=True)])
     headings = np.interp(times, t, psi)
     base = psi[_amidships(away, over)][-1:]
@@ -88,7 +92,11 @@ def _amidships(away: FloatArray, over: IntArray) -> IntArray:
 
 
 def _left(t: FloatArray, gone: FloatArray, last: int, then: int) -> float:
-    """When the rudder left its side, by the times when it was ``gone`` by ``LEFT`` and by half of the way amidships."""
+    """When the rudder left its side, by the times when it was ``gone`` by ``LEFT`` and by half of the way amidships.
+
+    Beyond its side it is gone by less than nothing: over at ``last`` and on the other side ``then``, it is half-way
+    between the two.
+    """
     last -= int(np.argmax(gone[last::-1] <= LEFT))
     middle = last + int(np.argmax(gone[last : then + 1] > OVER))
     begun, half = (

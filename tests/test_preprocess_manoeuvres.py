@@ -3,6 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from preprocess.manoeuvres import Motion, classify, classify_stretch
 from preprocess.trial import Measurement
@@ -106,6 +109,43 @@ def test_orders_at_no_one_heading_have_no_angle():
     )
     assert zigzag_angles(t, np.zeros(len(t)), np.zeros(len(t))) == ""
     assert zigzag_angles(t, rng.normal(0.0, 0.1, len(t)), rng.normal(0.0, 0.1, len(t))) == ""
+
+
+@pytest.mark.parametrize("first", [-35.0, -999.0, 999.0])
+def test_a_rudder_that_begins_beyond_its_side_costs_no_label(first):
+    t, psi, steer = zigzag(20, 20, 1e6)
+    over = np.flatnonzero(steer > 0.0)[0]
+    t, psi, steer = t[over - 1 :], psi[over - 1 :], steer[over - 1 :].copy()
+    steer[0] = np.radians(first)
+    assert zigzag_angles(t, psi, steer) == "20/20"
+
+
+SIZES = st.integers(0, 40)
+WILD = st.sampled_from([0.0, 0.35, -0.35, 0.3, -0.6, 17.4, -17.4, 1e30, -1e30]) | st.floats(-1e30, 1e30)
+WILDER = WILD | st.sampled_from([np.nan, np.inf, -np.inf])
+
+
+@given(st.data())
+def test_whatever_rudder_and_heading_show_zigzag_angles_are_words(data):
+    n = data.draw(SIZES)
+    psi, steer = (data.draw(arrays(float, n, elements=WILDER)) for _ in range(2))
+    assert isinstance(zigzag_angles(0.1 * np.arange(n), psi, steer, 0.1), str)
+
+
+@given(st.data())
+def test_whatever_the_inputs_show_a_stretch_has_a_name(data):
+    n = data.draw(SIZES)
+    speed, turn = (data.draw(arrays(float, n, elements=st.floats(-30.0, 30.0))) for _ in range(2))
+    t = 0.5 * np.arange(n)
+    states = pd.DataFrame({"t": t, "u": speed, "v": 0.0, "psi": np.cumsum(0.5 * turn), "r": turn})
+    inputs = {}
+    for name in ("rudder", "prop"):
+        value = data.draw(arrays(float, data.draw(SIZES), elements=WILDER))
+        good, held = np.isfinite(value) & data.draw(st.booleans()), data.draw(st.booleans())
+        inputs[name] = Measurement(name, 0.3 * np.arange(len(value)), value, 0.0, good, held=held)
+    named = data.draw(st.sampled_from([None, "zigzag", "circle", "spiral", "stopping", "speed"]))
+    found = classify_stretch(states, inputs, 1.2, frozenset(["rudder"]), named)
+    assert bool(found) == (n >= 10) and all(isinstance(f.kind + f.detail, str) for f in found)
 
 
 def test_what_a_campaign_calls_a_log_is_believed_unless_it_calls_it_idle():
