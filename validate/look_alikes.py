@@ -30,6 +30,7 @@ from validate.refits import step_tolerance, under
 from validate.same_cause import is_rival, of_all_others
 from validate.scan import between_log_and_hull
 from validate.score_scatter import scatter
+from validate.twins import on_twins
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -148,11 +149,14 @@ def standing(fitted: Fitted, index: int, beside: Sequence[Screened] = ()) -> Sta
     gain = loss_without(fitted, index)
     among = {s.name for s in fitted.problem.stretches}
     rivals = [a for a in candidates(structure.without(index)) if is_rival(active, a, among)]
-    known = {s.active.label: s for s in beside if is_rival(active, s.active, among)}
+    twins = on_twins(fitted, index, rivals)
+    known = {s.active.label: s for s in (*beside, *twins) if is_rival(active, s.active, among)}
     overlapping = [s for s in _overlapping(fitted, index, rivals, gain) if s.active.label not in known]
     close = [*overlapping, *known.values()]
     tried = side_by_side(
-        lambda a: _as_good(fitted, index, a), close, shared=[*in_common(fitted), *(a.active for a in close)]
+        lambda a: _as_good(fitted, index, a, close_to(gain) if a in twins else 0.0),
+        close,
+        shared=[*in_common(fitted), *(a.active for a in close)],
     )
     near = [(a, fit) for a, fit in zip(close, tried, strict=True) if fit is not None]
     k, by_chance = len(departure(fitted, index)[0]), scatter(fitted, index)
@@ -207,7 +211,7 @@ def _close(fitted: Fitted, index: int, group: list[Active], gain: float) -> list
     for active, mine in zip(group, places, strict=True):
         others = np.concatenate([rest, mine])
         loss = float(away @ left_on(information, others, effect) @ away)
-        if loss < (CLOSE + SHARE * gain) * float(np.max(fitted.problem.dispersion)) ** 2:
+        if loss < close_to(gain) * float(np.max(fitted.problem.dispersion)) ** 2:
             m, scale = _unit_diagonal(information)
             move = np.zeros(len(p))
             move[others] = scale[others] * (_follow(m, others, effect) @ (away / scale[effect]))
@@ -235,11 +239,11 @@ def _start(fitted: Fitted, index: int, wide: Structure, moved: FloatArray, activ
     return np.array([np.clip(v, *s.parameter.bounds) for v, s in zip(p, target.slots, strict=True)])
 
 
-def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
-    """A rival refitted in the effect's place, where it comes within what can be told apart."""
+def _as_good(fitted: Fitted, index: int, rival: Screened, alike: float = 0.0) -> Fitted | None:
+    """A rival refitted in the effect's place, where it comes within what can be told apart, or is ``alike`` besides."""
     structure = fitted.solution.structure.without(index).with_effect(rival.active)
     prior = prior_of(structure, rival.p, fitted)
-    margin = margin_for(len(fitted.solution.p) - len(rival.p), fitted.problem.rows)
+    margin = margin_for(len(fitted.solution.p) - len(rival.p), fitted.problem.rows) + alike
     slack = margin * float(np.max(fitted.problem.dispersion)) ** 2
     found = solve(
         fitted.problem, structure, rival.p, fitted.solution.first, prior, anchor=first_states(fitted.problem),
@@ -250,6 +254,11 @@ def _as_good(fitted: Fitted, index: int, rival: Screened) -> Fitted | None:
     near = dispersed_cost(fitted.problem, found) < dispersed_cost(fitted.problem, fitted.solution) + margin
     fit = Fitted(fitted.problem, prior, found)
     return fit if near and blows(fit) else None
+
+
+def close_to(gain: float) -> float:
+    """What an effect of such a gain may lose to first order, and be worth a refit."""
+    return CLOSE + SHARE * gain
 
 
 def blows(fitted: Fitted) -> bool:
