@@ -35,12 +35,11 @@ def sensor_line(
     step = float(grid[1] - grid[0])
     lags = step * np.arange(-round(LATEST / step), round(LATEST / step) + 1)
     left = np.array([_line(t - lag, said, sigma, grid, smooth)[1] for lag in lags])
-    noise = float(np.mean(sigma**2))
     best = int(np.argmin(left))
-    if left[len(lags) // 2] - left[best] < CLEARLY * noise:
-        return _line(t, said, sigma, grid, smooth)[0]
     lag = float(lags[best]) + step * _vertex(left, best)
-    line, _ = _line(t - lag, said, sigma, grid, smooth)
+    line, least = _line(t - lag, said, sigma, grid, smooth)
+    if left[len(lags) // 2] - least < CLEARLY * float(np.mean(sigma**2)):
+        return _line(t, said, sigma, grid, smooth)[0]
     return SensorLine(line.slope, line.offset, lag)
 
 

@@ -67,7 +67,7 @@ def test_the_velocity_of_a_late_receiver_is_late_too(one):
     assert d.sensor[5:9] == pytest.approx([0.35, 0.0, 0.0, 0.35 if one else 0.0])
 
 
-@pytest.mark.parametrize("late", [0.0, 0.6, -0.35])
+@pytest.mark.parametrize("late", [0.0, 0.6, -0.35, 0.03, -0.045])
 def test_a_gyro_is_as_late_as_what_it_said_and_a_smoothed_rate_that_followed_it_is_not(late):
     grid = 0.1 * np.arange(801)
     rate = 0.2 * np.sin(0.4 * grid) + 0.1 * np.sin(1.1 * grid + 0.5)
