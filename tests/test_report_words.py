@@ -17,7 +17,6 @@ from validate.report.markdown import round_markdown
 from validate.report.page import remark, report_page
 from validate.report.plan import spread
 from validate.report.svg import Axes, Series, limits_of, stack
-from validate.report.units import with_input_units
 from validate.report.words import effect_words, headline, in_powers, interval, percent, plus_minus
 from validate.report_files import write_results
 
@@ -180,9 +179,3 @@ def test_a_name_longer_than_its_axis_stands_above_it_and_rest_has_round_numbers(
     assert "rotate" not in svg
     assert "0.000" not in svg
     assert "rotate" in stack("a", "x", [replace(axes[0], height=130)], (0.0, 10.0))
-
-
-def test_units_leave_the_one_fit_of_a_run_that_took_nothing():
-    results = example_results(logs=1, duration=10.0, loop=False)
-    same = with_input_units(results)
-    assert same.after is same.before

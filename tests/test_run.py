@@ -14,6 +14,7 @@ from seatrial import load_campaign, run
 from seatrial.__main__ import main
 from seatrial.cli.compiling import SAID
 from seatrial.progress import Stopwatch
+from validate.report.scores import has_two
 
 PARTS = (
     *("before", "after", "validation_before", "validation_after", "diagnosis"),
@@ -25,12 +26,13 @@ PARTS = (
 def asked(monkeypatch):
     """What the analysis was asked for; it answers with prepared results."""
     calls: list[dict[str, object]] = []
-    results = example_results()
+    found, alone = example_results(), example_results(loop=False)
 
     def analyse(trials: object, **options: object) -> SimpleNamespace:
         calls.append({"trials": trials, **options})
         options["progress"]("identify", "base fit", 0.5)
         options["progress"]("validate", "free run", 0.5)
+        results = found if options["loop"] else alone
         return SimpleNamespace(**{name: getattr(results, name) for name in PARTS})
 
     module = ModuleType("validate.analysis")
@@ -86,6 +88,15 @@ def test_the_results_are_beside_the_campaign_and_whole(folder, asked, capsys):
     assert [line.split()[0] for line in told[:5]] == [
         *("Reading", "Preprocessing", "Identifying", "Validating", "Writing")
     ]
+
+
+def test_where_nothing_was_taken_the_report_has_one_column_and_one_prediction(folder, asked):
+    results = run(load_campaign(folder), folder / "a", loop=False)
+    page = (folder / "a" / "report.html").read_text()
+    assert not has_two(results)
+    assert "with effects" not in page and 'class="before"' not in page
+    run(load_campaign(folder), folder / "b")
+    assert "with effects" in (folder / "b" / "report.html").read_text()
 
 
 def test_json_is_the_report_and_quiet_is_quiet(folder, asked, capsys):

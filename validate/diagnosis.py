@@ -124,7 +124,7 @@ class Results:
     trials : tuple of Trial
         One per log, or two where the last third of each log validates (same ``name``, roles differ).
     before, after : Fit
-        The declared model alone, and with the effects taken (the same object where nothing was taken).
+        The declared model alone, and with the effects taken; where none was, ``after`` has no effects.
     validation_before, validation_after : Validation
         Free-running scores.
     diagnosis : Diagnosis, optional

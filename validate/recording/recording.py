@@ -24,6 +24,7 @@ from validate.recording.tracks import send_tracks
 from validate.report.contents import logs_with_trials
 from validate.report.figures import column
 from validate.report.names import file_names
+from validate.report.scores import has_two
 from validate.report.svg import finite_range
 from validate.report.words import headline
 
@@ -42,7 +43,7 @@ def write_recording(results: Results, path: Path) -> None:
     rec.save(path)
     names = file_names([*results.predictions, *(t.name for t in results.trials)])
     trials = {name: found for name, _, found in logs_with_trials(results)}
-    two = results.after is not results.before
+    two = has_two(results)
     views = []
     for name, table in results.predictions.items():
         send_log(rec, names[name], table, results, name, trials.get(name, []), two)

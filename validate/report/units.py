@@ -22,9 +22,7 @@ def with_input_units(results: Results) -> Results:
 
 
 def _fit(fit: Fit, units: Mapping[str, str]) -> Fit:
-    """The fit itself where nothing changes: a run that took nothing is known by its one fit."""
-    effects = tuple(_effect(e, units) for e in fit.effects)
-    return fit if effects == fit.effects else replace(fit, effects=effects)
+    return replace(fit, effects=tuple(_effect(e, units) for e in fit.effects))
 
 
 def _diagnosis(found: Diagnosis, units: Mapping[str, str]) -> Diagnosis:
