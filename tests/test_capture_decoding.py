@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from multiprocessing import Pipe
+from time import thread_time
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,15 @@ from seatrial.capture.piece_buffer import PieceBuffer
 from seatrial.capture.settings import PortSettings, Protocol
 
 SECOND = 1_000_000_000
+LINES_OF_NUMBERS = [
+    b"1,2,3\r\n",
+    b"12.3 -1.0 0.4\n",
+    b"yaw : 12.3 pitch:-1.0 roll:0.4\r\n",
+    b"#YPR=12.3,-1.0,0.4\r\n",
+    b"!ANG:1.2,  3.4 ; 5.6\r\n",
+    b"IMU 1e3\t2;3;\r\n",
+    b" 1, 2 , 3 ,\n",
+]
 
 
 @pytest.mark.parametrize("name", ["nmea", "ubx", "mavlink", "imu", "slcan"])
@@ -82,6 +92,46 @@ def test_corrections_between_sentences_and_binary_messages_are_passed_over():
         for topic, table in found.tables.items():
             tables[topic] = tables.get(topic, 0) + len(table)
     assert (tables["GGA"], tables["NAV-PVT"], tables["HDT"]) == (12, 12, 12)
+
+
+STAMPS = [
+    "2024-05-01T12:00:00.123Z ",
+    "1714564800.123456 ",
+    "[12:00:01] ",
+    "1714564800123,",
+    "2024-05-01 12:00:00.123456 +0000 UTC received on /dev/ttyUSB0: ",
+]
+
+
+@pytest.mark.parametrize("stamp", STAMPS)
+def test_sentences_with_a_stamp_before_each_are_told(stamp):
+    data = b"".join(stamp.encode() + line for line in block_of("nmea", 3000).splitlines(keepends=True))
+    assert detect(data) == Protocol.nmea
+    assert decoder_for("nmea").feed([(SECOND, data)]).damaged == 0
+
+
+@pytest.mark.parametrize("line", LINES_OF_NUMBERS)
+def test_lines_of_numbers_are_told_and_read(line):
+    data = line * 6
+    assert detect(data) == Protocol.imu
+    (table,) = ImuDecoder().feed([(SECOND, data)]).tables.values()
+    assert table.shape == (6, 3)
+
+
+ENDLESS = [b"1", b" ", b"\t", b"1 ", b"1    ", b"1.1,", b"a", b"a:1 ", b"1e1", b"$", b"\x01", b"\x01    "]
+
+
+@pytest.mark.parametrize("piece", ENDLESS)
+@pytest.mark.parametrize("begins", [b"", b"#", b"1,2,3"])
+@pytest.mark.parametrize("ends", [b"", b"x\r\n", b" $x\r\n"])
+def test_bytes_of_no_protocol_are_soon_known_for_that(piece, begins, ends):
+    size = 16_384
+    data = begins + (piece * size)[:size] + ends
+    detect(b"$x\r\n")  # compiles
+    began = thread_time()
+    detect(data)
+    ImuDecoder().feed([(SECOND, data)])
+    assert thread_time() - began < 0.5
 
 
 def test_no_protocol_in_noise_and_the_line_rate_is_doubted():

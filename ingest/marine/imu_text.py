@@ -21,9 +21,11 @@ from ingest.log import Source
 TOPIC = "IMU"
 #: Stands for a number in the shape of a line.
 MARK = b"\x01"
-NUMBER = re.compile(rb"(?<![\w.+-])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
-NAMED = re.compile(rb"([A-Za-z_]\w*)\s*[:=]\s*" + MARK + rb"(?![,]*" + MARK + rb")")
-LABELLED = re.compile(rb"[#!$]?([A-Za-z_]\w*)?\s*[:=,]?\s*" + MARK + rb"(?:\s*[,;\s]\s*" + MARK + rb")+")
+NUMBER = re.compile(rb"(?<![\w.+-])[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?(?![\w.])")
+#: No part of a shape can be taken in two ways: a long line that is none would be tried in all of them.
+NAMED = re.compile(rb"\b([A-Za-z_]\w*+)\s*+[:=]\s*+" + MARK + rb"(?![,]*" + MARK + rb")")
+PARTED = rb"(?:\s*+[,;]\s*+|\s++)"
+LABELLED = re.compile(rb"[#!$]?([A-Za-z_]\w*+)?\s*+[:=,]?\s*+" + MARK + rb"(?:" + PARTED + MARK + rb")+")
 
 Integers = NDArray[np.int64]
 
@@ -49,7 +51,7 @@ def read_lines(data: bytes) -> Text:
     text = data[: data.rfind(b"\n") + 1].replace(MARK, b"?")
     ends = np.flatnonzero(np.frombuffer(text, np.uint8) == 10) + 1
     numbers = np.array(NUMBER.findall(text) or [b"0"]).astype(np.float64)
-    shapes = [line.strip().rstrip(b",;") for line in NUMBER.sub(MARK, text).split(b"\n")[:-1]]
+    shapes = [line.strip().rstrip(b",; \t") for line in NUMBER.sub(MARK, text).split(b"\n")[:-1]]
     codes, distinct = pd.factorize(np.array([*shapes, b""], object))
     counts = np.array([shape.count(MARK) for shape in distinct], np.int64)[codes[:-1]]
     first = np.cumsum(counts) - counts

@@ -19,10 +19,14 @@ SLCAN_FRAME = re.compile(
     rb"(?:t[0-7][0-9A-Fa-f]{2}|T[01][0-9A-Fa-f]{7})(?:0|1[\dA-Fa-f]{2}|2[\dA-Fa-f]{4}|3[\dA-Fa-f]{6}"
     rb"|4[\dA-Fa-f]{8}|5[\dA-Fa-f]{10}|6[\dA-Fa-f]{12}|7[\dA-Fa-f]{14}|8[\dA-Fa-f]{16})(?:[\dA-Fa-f]{4})?\r"
 )
+#: A number, named or not, and what parts two of them: no text can be taken for either in two ways, whatever its length.
+NUMBER = rb"(?:[A-Za-z_]{1,12}[ \t]*+[:=][ \t]*+)?[-+]?\d++(?:\.\d++)?(?:[eE][-+]?\d++)?"
+PARTED = rb"(?:[ \t]*+[,;][ \t]*+|[ \t]++)"
 NUMBERS = re.compile(
-    rb"(?m)^[ \t]*[#!$]?[A-Za-z_]{0,12}[:=,]?(?:[ \t]*(?:[A-Za-z_]{1,12}[ \t]*[:=])?[ \t]*[-+]?\d+(?:\.\d+)?"
-    rb"(?:[eE][-+]?\d+)?[ \t]*[,;\t ]?){3,}\r?\n"
-)
+    rb"(?m)^[ \t]*+[#!$]?[A-Za-z_]{0,12}[:=,]?[ \t]*+"
+    + NUMBER
+    + rb"(?:" + PARTED + NUMBER + rb"){2,}[ \t]*+(?:[,;][ \t]*+)?\r?\n"
+)  # fmt: skip
 
 
 def detect(data: bytes) -> Protocol | None:
@@ -42,11 +46,11 @@ def detect(data: bytes) -> Protocol | None:
 
 
 def serial_bytes(data: bytes) -> tuple[int, int]:
-    """Bytes in NMEA sentences and in binary records (UBX, RTCM3) with a right checksum."""
+    """Bytes in NMEA sentences, with what a host wrote before each, and in binary records (UBX, RTCM3); all checked."""
     from ingest.marine.scan import NMEA, NMEA_UNCHECKED, RTCM3, UBX, scan
 
     found = scan(np.frombuffer(data, np.uint8))
-    size = found.end - found.start
+    size = found.end - found.prefix
     text, binary = (np.isin(found.kind, kinds) for kinds in ((NMEA, NMEA_UNCHECKED), (UBX, RTCM3)))
     return int(size[text].sum() + 2 * text.sum()), int(size[binary].sum())
 
