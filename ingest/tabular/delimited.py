@@ -14,6 +14,7 @@ from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
 from ingest.repeats import repeated, said
+from ingest.tabular.beyond import without_beyond
 from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of, with_whole_fields
 from ingest.tabular.naming import sources_of, split_unit
@@ -104,6 +105,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     ValueError
         Where no column looks like time.
     """
+    table, beyond = without_beyond(table, topic)
     clock = clock_of(table)
     if clock is None or not clock.good.any():
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
@@ -120,7 +122,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         tables={topic: table},
         units={(topic, c): u for c, u in stated.items() if u},
         utc_of_index_zero_ns=0 if clock.utc else None,
-        findings=(*findings, *twice, *strayed, *clock_findings, *positions, *_guessed(sources)),
+        findings=(*beyond, *findings, *twice, *strayed, *clock_findings, *positions, *_guessed(sources)),
         messages=len(table),
         sources=sources,
     )
