@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from identify import flow
-from identify.effect import Active, Parameter, Setting
+from identify.effect import Active, Setting
 from identify.forces import channel_names
 from identify.layout import Layout, layout_of
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
-from identify.slot import CLOCK, U0, Slot, clocks, reference_speed
-from identify.slowness import slower
+from identify.slot import CLOCK, U0, Slot
+from identify.slots import slots_of
 from identify.tape import Tape, tape_of
-from identify.term import FACTORS, MOST_FACTORS, Term, brakes, factors_of
+from identify.term import FACTORS, MOST_FACTORS, Term, factors_of
 from ingest.errors import UsageError
 from preprocess.vessel import Input, Vessel
 
@@ -90,8 +90,8 @@ class Structure:
 
     @cached_property
     def table(self) -> Table:
-        """Terms of the model, then of each effect (free ones, then those with given coefficients)."""
-        factors = [factors_of(t.text) for t in self._terms]
+        """The sum of products of these terms."""
+        factors = [factors_of(t.text) for t in self.terms]
         used = set().union(*factors)
         constants: FloatArray = np.zeros(0)
         if self.model.flow:
@@ -99,12 +99,12 @@ class Structure:
         names = tuple(n for n in channel_names(self.inputs) if n in used)
         names += flow.CHANNELS[len(flow.INPUTS) :] if self.model.flow else ()
         index = {f: k for k, f in enumerate((*FACTORS, *names))}
-        product = np.zeros((len(self._terms), MOST_FACTORS), dtype=np.int64)
+        product = np.zeros((len(self.terms), MOST_FACTORS), dtype=np.int64)
         for row, mine in zip(product, factors, strict=True):
             places = [index[f] for f in mine if f != "1"]
             row[: len(places)] = places
-        equation = np.array([_EQUATION[t.dof] for t in self._terms], dtype=np.int64)
-        return Table(self._terms, equation, np.arange(len(self._terms)), product, names, constants)
+        equation = np.array([_EQUATION[t.dof] for t in self.terms], dtype=np.int64)
+        return Table(self.terms, equation, np.arange(len(self.terms)), product, names, constants)
 
     @cached_property
     def free_terms(self) -> tuple[tuple[tuple[str, Term], ...], ...]:
@@ -116,7 +116,8 @@ class Structure:
         return ((n, t) for n, t in terms.items() if t.dof in self.model.predicts)
 
     @cached_property
-    def _terms(self) -> tuple[Term, ...]:
+    def terms(self) -> tuple[Term, ...]:
+        """Terms of the model, then of each effect (free ones, then those with given coefficients)."""
         terms = [*self.setting.terms, *(Term(dof, text) for dof, text, _ in self.model.fixed)]
         for active, free in zip(self.actives, self.free_terms, strict=True):
             terms += [t for _, t in free]
@@ -145,58 +146,7 @@ class Structure:
     @cached_property
     def slots(self) -> tuple[Slot, ...]:
         """Layout of the parameter vector."""
-        brake = brakes(self._terms) if self.slows else frozenset()
-        slots = [
-            Slot(t.name, -1, Parameter(t.name, "", 1.0, _limits(t, brake)), k, t)
-            for k, t in enumerate(self.setting.terms)
-        ]
-        k = len(slots) + len(self.model.fixed)
-        slots += self._flow_slots()
-        slots += [reference_speed(self.u0)] if self.u0_is_free else []
-        for e, (active, free) in enumerate(zip(self.actives, self.free_terms, strict=True)):
-            slots += [
-                Slot(n, e, Parameter(n, "", 1.0, _limits(t, brake)), k + j, t)
-                for j, (n, t) in enumerate(free)
-            ]
-            k += len(free)
-            slots += [
-                Slot(p.name, e, bounded(self._scaled(p, active), self.vessel), prior=_known(p))
-                for p in active.effect.parameters
-            ]
-            if active.effect.fixed_terms:
-                k += len(active.effect.fixed_terms(active.nulls))
-        if self.input_lead is not None and self.lead_is_free:
-            mean, sd = self.input_lead
-            limits = (mean - 2.2 * sd, mean + 2.2 * sd)
-            slots.append(
-                Slot("input_lead", -1, Parameter("input_lead", "s", sd, limits, mean), prior=(mean, sd))
-            )
-        slots += clocks(self.unsure)
-        return tuple(slots)
-
-    def _scaled(self, parameter: Parameter, active: Active) -> Parameter:
-        """The parameter in the unit of the input that it acts on, no farther from its null than is believed of such."""
-        on = next((i for i in self.inputs if i.name == active.variant.input), None)
-        if not parameter.relative or on is None:
-            return parameter
-        half, largest = self.extents.get(on.name, (1.0, np.inf))
-        far, (low, high) = parameter.believed.get(on.kind, np.inf) * largest, parameter.bounds
-        least = low * half if low > 0.0 else low
-        bounds = (max(least, parameter.null - far), min(high, parameter.null + far))
-        starts = tuple(s * half for s in parameter.starts)
-        return replace(parameter, scale=parameter.scale * half, starts=starts, bounds=bounds)
-
-    def _flow_slots(self) -> list[Slot]:
-        """Parameters of the flow behind the hull, each with what is known of it beforehand."""
-        if not self.model.flow:
-            return []
-        known = flow.known_beforehand(self.vessel)
-        return [
-            Slot(
-                q.name, -1, Parameter(q.name, "1", q.sd, q.bounds, known[q.name]), prior=(known[q.name], q.sd)
-            )
-            for q in flow.PARAMETERS
-        ]
+        return slots_of(self)
 
     @cached_property
     def clock_slots(self) -> dict[str, int]:
@@ -256,15 +206,6 @@ def effects_alone(structure: Structure, p: FloatArray) -> FloatArray:
     return out
 
 
-def bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
-    """The parameter with the bounds that it has on a vessel; times begin as much longer as that is slower."""
-    bounds = parameter.bounds if parameter.within is None else parameter.within(vessel)
-    if parameter.unit != "s" or not parameter.starts:
-        return replace(parameter, bounds=bounds)
-    starts = tuple(float(np.clip(slower(vessel.length) * x, *bounds)) for x in parameter.starts)
-    return replace(parameter, bounds=bounds, starts=starts)
-
-
 def structure_for(
     model_name: str,
     vessel: Vessel,
@@ -294,13 +235,3 @@ def structure_for(
     return Structure(
         model, vessel, inputs, setting, u0, (), extents or {}, input_lead, unsure or {}, u0_found
     ), notes
-
-
-def _limits(term: Term, brake: frozenset[Term]) -> tuple[float, float]:
-    """Bounds of a coefficient."""
-    return (0.0 if term.positive else -np.inf, 0.0 if term in brake else np.inf)
-
-
-def _known(parameter: Parameter) -> tuple[float, float] | None:
-    """Prior of an effect's parameter, where anything is known."""
-    return (parameter.null, parameter.known) if np.isfinite(parameter.known) else None

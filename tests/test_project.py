@@ -50,6 +50,16 @@ def test_the_simulator_knows_nothing_of_the_product():
 
 
 @pytest.mark.parametrize("package", ORDER)
+def test_a_module_is_read_in_one_sitting(package):
+    long = {
+        str(p.relative_to(ROOT)): lines
+        for p in modules(package)
+        if (lines := len(p.read_text(encoding="utf-8").splitlines())) > 300
+    }
+    assert not long
+
+
+@pytest.mark.parametrize("package", ORDER)
 def test_no_module_bears_the_name_of_a_library_that_its_stage_imports(package):
     own = {p.stem for p in modules(package)} | {p.parent.name for p in modules(package)}
     libraries = set().union(*(imported(p) for p in modules(package))) - set(ORDER) - sys.stdlib_module_names

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.results_example import example_results, make_diagnosis
+from benchmarks.results_example import make_diagnosis
 from identify.fit import Estimated, FittedEffect
 from validate.diagnosis import Candidate, Round, Verdict
 from validate.report import read_model, report_of
