@@ -16,6 +16,7 @@ from validate.diagnosis import ChannelScore
 from validate.report import report_of, report_schema
 from validate.report.contents import gaps
 from validate.report.names import file_names
+from validate.report.page import report_page
 from validate.report.schema import to_json
 
 
@@ -80,6 +81,20 @@ def test_nan_and_infinity_become_null(example):
     after = json.loads(words)["validation"]["after"]
     assert after["channels"]["u"] == {"mse": None, "rmse": None, "r2": None, "nrmse": None}
     assert after["fitness"] is None
+
+
+def test_the_error_of_a_candidate_that_ran_away_is_null_and_the_page_says_so(example):
+    first = example.diagnosis.rounds[0]
+    lost = replace(first.candidates[0], rmse_before={"u": math.inf, "v": math.inf, "r": math.inf})
+    turn = replace(first, candidates=(lost, *first.candidates[1:]))
+    results = replace(example, diagnosis=replace(example.diagnosis, rounds=(turn,)))
+    report = json.loads(to_json(report_of(results)))
+    jsonschema.Draft202012Validator(report_schema()).validate(report)
+    entries = report["diagnosis"]["rounds"][0]["candidates"]
+    assert {"u": None, "v": None, "r": None} in [c["rmse_before"] for c in entries]
+    page = report_page(results)
+    assert "u runs away →" in page
+    assert "says nothing of its error above" in page
 
 
 def test_a_log_whose_last_third_validates_is_one_entry_with_both_roles(example):

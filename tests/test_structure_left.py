@@ -20,11 +20,18 @@ from identify.noise import beyond_drift
 from identify.output_error import solve
 from identify.predict import run, true_first_state
 from identify.prepare import prepare
-from validate import other_logs
+from validate import other_logs, structure_left
 from validate.advice import idle_inputs
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.refits import under
-from validate.structure_left import ahead, over_whole_logs, seconds_ahead, spread_of, structured_share
+from validate.structure_left import (
+    ahead,
+    cross_validated,
+    over_whole_logs,
+    seconds_ahead,
+    spread_of,
+    structured_share,
+)
 from validate.verdict import _as_near
 
 LOGS = ("zigzag", "random", "circle", "zigzag10")
@@ -171,3 +178,18 @@ def test_unseen_logs_speak_against_a_fit_where_no_begin_of_their_own_leads_anywh
     monkeypatch.setattr(other_logs, "tried", lambda _: None)
     unseen = with_other_logs(fitted, loaded.validate)
     np.testing.assert_allclose(unseen.solution.p, fitted.solution.p, rtol=1e-5)
+
+
+def test_the_error_of_parts_left_out_is_no_number_where_a_prediction_ran_away(monkeypatch):
+    fitted = fit_from_scratch((prepared := prepared_with()).structure, prepared.identify)
+    assert max(cross_validated(fitted).values()) < 0.1
+    exact = structure_left.window_errors
+
+    def away(fitted, p, first, rows):
+        error, rest = exact(fitted, p, first, rows)
+        return np.where(np.arange(len(error))[:, None] < 3, [np.nan, 2e3, 0.0], error), rest
+
+    monkeypatch.setattr(structure_left, "window_errors", away)
+    rmse = cross_validated(fitted)
+    assert rmse["u"] == rmse["v"] == np.inf
+    assert rmse["r"] < 0.1

@@ -40,7 +40,8 @@ class Candidate:
     """An effect that was tried in a round.
 
     ``evidence`` is the gain in -2 log likelihood less its penalty; ``p_value`` counts the candidates tried;
-    ``rmse_before`` and ``rmse_after`` are per channel (u, v, r), cross-validated inside the identify logs.
+    ``rmse_before`` and ``rmse_after`` are per channel (u, v, r), cross-validated inside the identify logs;
+    infinite where the prediction ran away.
     """
 
     effect: str

@@ -25,6 +25,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: An error counts for no more than so many standard deviations of its channel: beyond, a prediction has run away.
 RUN_AWAY = 5.0
+#: A prediction that is so far off, m/s or rad/s, left all bounds.
+OUT_OF_BOUNDS = 1e3
 #: Steps in which first states are fitted to such windows.
 STEPS = 8
 
@@ -238,7 +240,8 @@ def _solve_where_known(m: FloatArray, right: FloatArray) -> FloatArray:
 def cross_validated(fitted: Fitted) -> dict[str, float]:
     """RMSE of u, v, r over windows, each part predicted by the parameters that the other parts give.
 
-    The parameters without a part follow from the normal equations of the others, to first order.
+    The parameters without a part follow from the normal equations of the others, to first order: of a fit far from the
+    noise they may be far off. Infinite where a prediction ran away.
     """
     reduced = fitted.solution.reduced
     information = information_of(fitted.solution, fitted.prior)
@@ -253,6 +256,6 @@ def cross_validated(fitted: Fitted) -> dict[str, float]:
         first = fitted.solution.first - reduced.state_slope @ (p - fitted.solution.p)
         with np.errstate(over="ignore", invalid="ignore"):
             error, _ = window_errors(fitted, p, first, fold)
-        total.append(np.where(np.isfinite(error), np.clip(error, -1e3, 1e3), 1e3))
+        total.append(np.where(np.abs(error) < OUT_OF_BOUNDS, error, np.inf))
     rmse = np.sqrt(np.mean(np.vstack(total) ** 2, axis=0))
     return {c: float(rmse[j]) for j, c in enumerate(("u", "v", "r"))}

@@ -226,7 +226,9 @@ def found_apart(results: Results) -> list[str]:
 
 def tamed(value: float | None, scale: float, spread: float) -> str:
     """An error in the unit for reading; in words where the prediction ran away."""
-    return "runs away" if value is not None and value > RUN_AWAY * spread else scaled(value, scale)
+    if value is not None and (np.isinf(value) or value > RUN_AWAY * spread):
+        return "runs away"
+    return scaled(value, scale)
 
 
 def candidate_row(c: Candidate, share: float, taken: bool, spread: Mapping[str, float]) -> dict[str, Any]:

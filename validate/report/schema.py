@@ -151,8 +151,8 @@ class CandidateEntry(Entry):
     input: str | None
     evidence: Number
     p_value: Number
-    rmse_before: dict[str, Number]
-    rmse_after: dict[str, Number]
+    rmse_before: dict[str, Number] = Field(description="cross-validated; null where the prediction ran away")
+    rmse_after: dict[str, Number] = Field(description="cross-validated; null where the prediction ran away")
     label: str = Field(description="effect with its input, form, stream or logs")
     note: str = Field(description="why it was not refitted, and the like; else empty")
 
