@@ -22,7 +22,7 @@ _PART = re.compile(r"(?P<name>m|s)(?P<power>[²³⁴]|\^\d+)?")
 
 
 def dimensions(unit: str) -> tuple[int, int]:
-    """Powers of metre and second in a unit: ``"m/s²"`` gives ``(1, -2)``.
+    """Powers of metre and second in a unit: ``"1/(m·s²)"`` gives ``(-1, -2)``.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def dimensions(unit: str) -> tuple[int, int]:
         Where the unit is made of anything else.
     """
     metres = seconds = 0
-    for k, group in enumerate(unit.split("/")):
+    for k, group in enumerate(unit.replace("(", "").replace(")", "").split("/")):
         for part in group.split("·"):
             if part in ("1", "rad"):
                 continue

@@ -78,8 +78,8 @@ def _of_channel(name: str) -> tuple[int, int]:
 def _unit_text(metres: int, seconds: int) -> str:
     above = [_power(n, p) for n, p in (("m", metres), ("s", seconds)) if p > 0]
     below = [_power(n, -p) for n, p in (("m", metres), ("s", seconds)) if p < 0]
-    text = "·".join(above) or "1"
-    return f"{text}/{'/'.join(below)}" if below else text
+    text, under = "·".join(above) or "1", "·".join(below)
+    return text + (f"/({under})" if len(below) > 1 else f"/{under}" if below else "")
 
 
 def _power(name: str, power: int) -> str:

@@ -164,7 +164,7 @@ ROLL_COUPLING = Effect(
         Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL, shape=True),
         Parameter("damping", "1", 0.1, (0.02, NO_SWING), null=0.1, starts=(0.2,) * len(_ROLL), shape=True),
         Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
-        Parameter("yaw", "1/m/s²", 0.1, (-50.0, 50.0)),
+        Parameter("yaw", "1/(m·s²)", 0.1, (-50.0, 50.0)),
     ),
     fixed_terms=_roll,
     variants=lambda s: [Variant()] if not any(t.dof in ("e1", "e2") for t in s.terms) else [],

@@ -28,6 +28,7 @@ from validate.report.labels import (
     short_remark_of,
     taken_of,
 )
+from validate.report.legend import legend
 from validate.report.names import slug
 from validate.report.parameters import (
     all_parameters,
@@ -131,6 +132,7 @@ def model(results: Results) -> dict[str, Any]:
     return {
         "fit": fit,
         "equations": list(results.equations) or words.equations(fit),
+        "legend": legend(fit),
         "parameters": rows,
         "intervals": interval_figure(fit),
         "correlations": correlation_figure(fit),
