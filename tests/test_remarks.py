@@ -97,6 +97,6 @@ def test_remarks_come_first_and_the_sentence_does_not_claim_a_validation():
     results = replace(example_results(logs=2, duration=5.0, loop=False), remarks=("Two of them are one.",))
     assert next(finding_lines(results)) == "  · Two of them are one."
     assert next(iter(evidence(results)["noticed"])) == ("The logs together", ("Two of them are one.",))
-    assert "fitted and validated" in headline(results)
+    assert "it predicts unseen logs with an R² of" in headline(results)
     alone = replace(results, validation_after=replace(results.validation_after, logs=()))
     assert "nothing was left to validate it on" in headline(alone)

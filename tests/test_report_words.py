@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.results_example import make_diagnosis
 from identify.fit import Estimated, FittedEffect
-from validate.diagnosis import Candidate, Round, Verdict
+from validate.diagnosis import Candidate, ChannelScore, Round, Verdict
 from validate.report import read_model, report_of
 from validate.report.labels import advice_words, bars, finding_words, in_words, ranked, taken_of
 from validate.report.markdown import round_markdown
@@ -31,6 +31,27 @@ def test_the_headline_is_one_sentence_that_names_what_was_found(example, verdict
     assert words.count(". ") == 0
     assert ("a current of 0.178 m/s flowing to 75.1°" in words) == (verdict is not Verdict.ADEQUATE)
     assert ("wind" in words) == (verdict is Verdict.AMBIGUOUS)
+
+
+def scored(results, **r2):
+    channels = {c: ChannelScore(1.0, 1.0, x, 1.0) for c, x in r2.items()}
+    found = replace(results.validation_after, channels=channels)
+    return replace(results, diagnosis=None, validation_after=found)
+
+
+@pytest.mark.parametrize(
+    ("r2", "says"),
+    [
+        ({"u": 0.382, "v": -2.792, "r": -0.12},
+         "an R² of u 0.382, v −2.792 and r −0.120, in v and r no better than the mean of what was measured;"),
+        ({"u": 0.98, "v": 0.9, "r": 0.999}, "an R² of u 0.980, v 0.900 and r 0.999;"),
+        ({"u": None, "v": None, "r": -12.3}, "an R² of r −12.3, no better than the mean of what was measured;"),
+    ],
+)  # fmt: skip
+def test_a_model_that_was_only_fitted_is_said_to_be_as_good_as_it_predicts(example, r2, says):
+    sentence = headline(scored(example, **r2))
+    assert says in sentence
+    assert sentence.endswith("what it lacks was not searched for.")
 
 
 def test_an_error_that_rises_is_said_to_rise(example):

@@ -239,12 +239,25 @@ def is_validated(results: Results) -> bool:
     return any(log.role == "validate" for log in results.validation_after.logs)
 
 
+def unseen_words(results: Results) -> str:
+    """How well unseen logs are predicted, channel by channel, and which no better than by their mean."""
+    if not is_validated(results):
+        return "nothing was left to validate it on"
+    known = {c: s.r2 for c, s in results.validation_after.channels.items() if s.r2 is not None}
+    if not known:
+        return "no error on unseen logs can be given"
+    scores = joined(f"{c} {share(r2)}" for c, r2 in known.items())
+    poor = [c for c, r2 in known.items() if not r2 > 0]
+    where = "" if len(poor) == len(known) else f"in {joined(poor)} "
+    no_good = f", {where}no better than the mean of what was measured" if poor else ""
+    return f"it predicts unseen logs with an R² of {scores}{no_good}"
+
+
 def headline(results: Results) -> str:
     """The answer in one sentence."""
     found, model = results.diagnosis, results.after.model
     if found is None:
-        seen = " and validated" if is_validated(results) else ", but nothing was left to validate it on"
-        return f"The model {model} was fitted{seen}; what it lacks was not searched for."
+        return f"The model {model} was fitted; {unseen_words(results)}; what it lacks was not searched for."
     effects = joined(effect_words(e.fitted, errors=False) for e in found.effects) or "what is named below"
     if found.verdict is Verdict.ADEQUATE:
         return f"The model {model} lacks nothing material that these data can show."
