@@ -12,8 +12,9 @@ from ingest.tabular.unstated import LARGEST_RUDDER, ONE_TURN
 from ingest.units import UnknownUnit, factor_to_si
 from preprocess.raw import Raw, strictly_increasing
 from preprocess.resolve import choose_source, find_column, numbers, rows_of, rows_where, topic_of
-from preprocess.trial import FloatArray
+from preprocess.trial import BoolArray, FloatArray
 from preprocess.vessel import Input, Sensor
+from preprocess.wild import said, wild
 
 _ANGLES = ("rudder", "azimuth")
 _FORCES = ("thruster", "tunnel")
@@ -34,7 +35,8 @@ def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
     Returns
     -------
     raw : Raw
-        Values in rad (rudder, azimuth), rev/s (propeller), -1…1 or N (thruster, tunnel).
+        Values in rad (rudder, azimuth), rev/s (propeller), -1…1 or N (thruster, tunnel); without the numbers that are
+        no value, of which its remarks tell.
     how : str
         ``"calibration"`` or the unit.
 
@@ -46,9 +48,12 @@ def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
         The values need a calibration or another unit.
     """
     source, column_numbers, t = logged_values(log, declared)
-    values, how = _physical(log, declared, source.unit, column_numbers)
+    aside = wild(t, column_numbers, declared.pwm)
+    values, how = _physical(log, declared, source.unit, column_numbers, aside)
+    values = np.where(aside, np.nan, values)
     raw = Raw(declared.name, t, values, np.zeros(len(t), dtype=bool), source)
-    raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0))
+    words = (said(declared.name, source.name, column_numbers, aside),) if aside.any() else ()
+    raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0), remarks=words)
     return strictly_increasing(raw), how
 
 
@@ -93,12 +98,15 @@ def _standard(log: Log, declared: Input) -> Source:
     return found
 
 
-def _physical(log: Log, declared: Input, stated: str, values: FloatArray) -> tuple[FloatArray, str]:
+def _physical(
+    log: Log, declared: Input, stated: str, values: FloatArray, aside: BoolArray
+) -> tuple[FloatArray, str]:
     if declared.pwm:
         return calibrate(values, declared.pwm, declared.value), "calibration"
-    unit = declared.unit or usable_unit(declared.kind, stated) or guessed_unit(declared.kind, values)
+    told = values[~aside]
+    unit = declared.unit or usable_unit(declared.kind, stated) or guessed_unit(declared.kind, told)
     if unit is None:
-        low, high = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
+        low, high = np.nanmin(told, initial=np.inf), np.nanmax(told, initial=-np.inf)
         raise CampaignError(
             log.path,
             f"inputs.{declared.name}",

@@ -22,6 +22,7 @@ from preprocess.resolve import choose_source
 from preprocess.run_of_log import LoggedRun
 from preprocess.trial import FloatArray
 from preprocess.vessel import Input, Vessel
+from preprocess.wild import wild
 
 #: Of two units of one quantity that one is which gives the smaller values in SI: what is large in any log decides.
 LARGER = ("deg", "deg/s", "rpm")
@@ -107,9 +108,9 @@ def _settled(declared: Input, logs: Sequence[Log]) -> Input:
     every = []
     for log in logs:
         with suppress(MissingSignal):
-            source, values, _ = logged_values(log, declared)
+            source, values, t = logged_values(log, declared)
             if usable_unit(declared.kind, source.unit):
                 return declared
-            every.append(values)
+            every.append(values[~wild(t, values)])
     unit = guessed_unit(declared.kind, np.concatenate(every)) if every else None
     return replace(declared, unit=unit) if unit else declared

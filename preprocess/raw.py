@@ -43,6 +43,8 @@ class Raw:
         By how much all times may be early or late together, s: see ``Log.unsure``.
     sender : str, optional
         What sent it, where that is known; see ``ingest.sender``.
+    remarks : tuple of str
+        Sentences on what was noticed while it was read.
     """
 
     quantity: str
@@ -57,6 +59,7 @@ class Raw:
     stated: FloatArray | None = None
     unsure: float = 0.0
     sender: str | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def read_raw(log: Log, source: Source, sensor: Sensor | None, vessel: Vessel, accuracy: bool = False) -> Raw:

@@ -233,6 +233,7 @@ def make_trial(
         findings=(
             *doubts(made.measurements, made.inputs, inputs, made.states),
             *contradiction(g.run.manoeuvre, made.manoeuvre),
+            *(words for raw in g.inputs.values() for words in raw.remarks),
             *made.findings,
         ),
         history=(*g.history, *made.history),

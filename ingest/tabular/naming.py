@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from ingest.codes import codes
 from ingest.detect import Rule, detect
 from ingest.log import Source
 from ingest.tabular.unstated import GUESSED, GUESSES, SIZE, settled
@@ -228,7 +229,8 @@ def _rule(
     unit = stated[angle]
     if not unit:
         guess = GUESSES.get(pattern.unit)
-        unit = guess(table[angle].to_numpy(float, na_value=np.nan)) if guess else pattern.unit
+        values = table[angle].to_numpy(float, na_value=np.nan)
+        unit = guess(values[~codes(values)]) if guess else pattern.unit
         if guess:
             options[GUESSED] = SIZE
     return Rule(pattern.quantity, re.escape(topic), fields, unit, pattern.rank, options)
