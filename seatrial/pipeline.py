@@ -132,6 +132,7 @@ def _results(
         diagnosis=found.diagnosis,
         predictions=found.predictions,
         actuators=found.actuators,
+        carried=found.carried,
         timing_s=watch.timing(),
         equations=found.equations,
         papers=found.papers,

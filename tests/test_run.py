@@ -18,7 +18,7 @@ from validate.report.scores import has_two
 
 PARTS = (
     *("before", "after", "validation_before", "validation_after", "diagnosis"),
-    *("predictions", "actuators", "equations", "papers"),
+    *("predictions", "actuators", "equations", "papers", "carried"),
 )
 
 

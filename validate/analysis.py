@@ -23,6 +23,7 @@ from identify.whole_windows import sharpest
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.begins import begun_in
+from validate.carried import carried_tables
 from validate.diagnosis import Diagnosis, Validation
 from validate.grown import grown
 from validate.logs_of_effects import in_logs_as_they_say
@@ -59,6 +60,7 @@ class Analysis:
     actuators: Mapping[str, pd.DataFrame]
     equations: tuple[str, ...]
     papers: tuple[str, ...]
+    carried: Mapping[str, pd.DataFrame]
 
 
 def analyse(
@@ -130,6 +132,7 @@ def analyse(
         made[0], made[-1], scored[0], scored[1], diagnosis, tables,
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
         equations(after), _papers(after),
+        carried_tables(after.solution.structure, after.solution.p, stretches, tables),
     )  # fmt: skip
 
 

@@ -143,6 +143,9 @@ class Results:
         References that this run rests on.
     remarks : tuple of str
         What a person should know of the logs together, as sentences.
+    carried : mapping of log name to DataFrame
+        ``t`` and, of every state, the standard deviation that the error of the first one makes in the prediction (with
+        the effects taken); same rows as predictions.
     """
 
     campaign: str
@@ -159,3 +162,4 @@ class Results:
     equations: tuple[str, ...] = ()
     papers: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    carried: Mapping[str, pd.DataFrame] = field(default_factory=dict)

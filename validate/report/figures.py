@@ -41,7 +41,7 @@ def column(table: pd.DataFrame, name: str, scale: float = 1.0) -> FloatArray | N
 
 
 def channel_figure(name: str, log: str, table: pd.DataFrame, trials: list[Trial], channel: str, two: bool,
-                   score: str) -> Figure | None:  # fmt: skip
+                   score: str, carried: pd.DataFrame | None = None) -> Figure | None:  # fmt: skip
     """One channel of one log: measured and predicted above, residuals with their noise band below.
 
     Parameters
@@ -52,6 +52,8 @@ def channel_figure(name: str, log: str, table: pd.DataFrame, trials: list[Trial]
         Whether there is a prediction without and one with effects; else only the latter is drawn.
     score : str
         What the caption adds.
+    carried : DataFrame, optional
+        What the first state's error makes of the prediction (``validate.carried``); the band counts it.
     """
     _, words, unit, scale = next(c for c in CHANNELS if c[0] == channel)
     t, smoothed = table["t"].to_numpy(np.float64), column(table, channel, scale)
@@ -66,7 +68,8 @@ def channel_figure(name: str, log: str, table: pd.DataFrame, trials: list[Trial]
     symbol = SYMBOL.get(channel, channel)
     guests = predicted + ([raw] if raw is not None else [])
     upper = Axes(f"{symbol}, {unit}", tuple(series), limits_of([smoothed], guests))
-    lower = _residual_axes(t, smoothed, before, after, sigma(t, trials, channel) * scale, unit)
+    noise = np.hypot(sigma(t, trials, channel), carried_sigma(t, carried, channel)) * scale
+    lower = _residual_axes(t, smoothed, before, after, noise, unit)
     span = finite_range([t])
     label = f"{words} of {log} against time: measured and predicted, with residuals below; {score}"
     caption = f"{symbol}, {words}" + (f" · {score}" if score else "")
@@ -83,6 +86,13 @@ def sigma(t: FloatArray, trials: list[Trial], channel: str) -> FloatArray:
         value = np.interp(t, states["t"], states[f"sigma_{channel}"], left=np.nan, right=np.nan)
         out = np.where(np.isfinite(value), value, out)
     return out
+
+
+def carried_sigma(t: FloatArray, carried: pd.DataFrame | None, channel: str) -> FloatArray:
+    """Standard deviation that the first state's error makes of a prediction; 0 where it is not known."""
+    if carried is None or channel not in carried or len(carried) != len(t):
+        return np.zeros(len(t))
+    return np.asarray(np.nan_to_num(carried[channel].to_numpy(np.float64), nan=0.0, posinf=RUNAWAY))
 
 
 def _residual_axes(t: FloatArray, smoothed: FloatArray, before: FloatArray | None, after: FloatArray | None,

@@ -181,11 +181,10 @@ def log_plots(results: Results, name: str, trials: list[Trial]) -> dict[str, Any
     roles = list(dict.fromkeys(t.role for t in trials))
     scores = (log_scores(results.validation_before, name), log_scores(results.validation_after, name))
     figures: list[Figure | None] = [plan_figure(f"{key}-plan", name, table, trials, results.after, two)]
+    carried = results.carried.get(name)
+    words_of = {c: score_words(scores[0].get(c), scores[1].get(c), two) for c in ("u", "v", "r", "psi")}
     figures += [
-        channel_figure(
-            f"{key}-{c}", name, table, trials, c, two, score_words(scores[0].get(c), scores[1].get(c), two)
-        )
-        for c in ("u", "v", "r", "psi")
+        channel_figure(f"{key}-{c}", name, table, trials, c, two, words_of[c], carried) for c in words_of
     ]
     figures.append(input_figure(f"{key}-inputs", name, table, results.actuators.get(name), trials))
     return {"name": name, "id": key, "role": " and ".join(roles), "figures": [f for f in figures if f]}
