@@ -21,6 +21,18 @@ def folder(tmp_path):
     return with_logs(tmp_path)
 
 
+@pytest.mark.parametrize("other", ["./a.csv", "sub/../a.csv", "{folder}/a.csv", "link/a.csv"])
+def test_a_log_is_one_however_its_path_is_written(folder, other):
+    (folder / "sub").mkdir()
+    (folder / "link").symlink_to(folder)
+    again = other.format(folder=folder)
+    with pytest.raises(CampaignError) as caught:
+        load(folder, f'{SMALL}\n[[log]]\npath = "{again}"\n')
+    assert caught.value.exit_status == 2
+    assert f"'a.csv' a second time, as '{again}'" in str(caught.value)
+    assert f"[[log]] 2 ({again}) path" in str(caught.value)
+
+
 def test_everything_that_can_be_said_becomes_data(folder):
     c = load(folder, FULL)
     assert c.vessel.mass == 17.0

@@ -107,6 +107,17 @@ def log_paths(tables: dict[str, Any]) -> list[str]:
     )
 
 
+def check_each_once(campaign: Campaign) -> None:
+    """No log may be named twice, however its path is written: its results would overwrite each other."""
+    first: dict[Path, str] = {}
+    for number, log in enumerate(campaign.logs, 1):
+        name = first.setdefault(log.file.resolve(), log.path)
+        if name != log.path:
+            place = f"[[log]] {number} ({log.path}) path"
+            again = f"'{name}' a second time, as '{log.path}'"
+            raise CampaignError(campaign.path, place, "a log that is not named yet", again)
+
+
 def check_files(campaign: Campaign) -> None:
     """Every file that the campaign names must be there."""
     for number, log in enumerate(campaign.logs, 1):
@@ -117,6 +128,7 @@ def check_files(campaign: Campaign) -> None:
         if not log.file.is_file():
             near = nearest(log.file.name, names_in(log.file.parent))
             raise MissingLog(log.file, f"{campaign.path}: [[log]] {number}", near)
+    check_each_once(campaign)
     if campaign.dbc is not None and not campaign.dbc.is_file():
         closest = nearest_one(campaign.dbc.name, names_in(campaign.dbc.parent))
         raise CampaignError(
