@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Sequence
 
@@ -9,6 +10,10 @@ from seatrial.cli.app import make_app
 from seatrial.cli.reporting import Reporting, prepare_streams
 from seatrial.compiled_code import forget_stale_code
 from seatrial.stages import foreign_stage
+
+#: Objects that are made before the youngest are looked through for rings, and how often those that stay are: few rings
+#: are made here, and looking through all that the libraries hold takes a twentieth of the time.
+RARELY = (20_000, 20, 100)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -19,6 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     arguments : sequence of str, optional
         Without the program's name; default: those of the process.
     """
+    gc.set_threshold(*RARELY)
     words = list(sys.argv[1:] if arguments is None else arguments)
     prepare_streams()
     with Reporting(debug="--debug" in words):
