@@ -19,7 +19,7 @@ from validate.report.page import report_page
 
 @pytest.fixture(scope="module")
 def fitted():
-    _, trials = trials_of("usv", ("zigzag", "random", "circle") * 3, 40.0, 5, ())
+    _, trials = trials_of("usv", ("zigzag", "random", "circle"), 60.0, 5, ())
     prepared = prepare(trials, "modulus")
     return fit_from_scratch(prepared.structure, prepared.identify)
 
@@ -39,13 +39,13 @@ def test_a_sway_that_was_off_dies_away_and_the_heading_that_turned_by_it_stays_o
 
 
 def test_free_runs_of_a_true_model_are_as_far_off_in_heading_as_their_first_states_say(fitted):
-    s = fitted.solution
-    ratios = [
-        (free_run(s.structure, s.p, stretch) - stretch.states)[-1, 2]
-        / carried_on(s.structure, s.p, stretch)[-1, 2]
-        for stretch in fitted.problem.stretches
-    ]
-    assert 0.3 < np.sqrt(np.mean(np.square(ratios))) < 2.0
+    s, ratios = fitted.solution, []
+    for seed in range(12):
+        _, trials = trials_of("usv", ("circle",), 20.0, seed, (), validate=0)
+        stretch = prepare(trials, "modulus").identify[0]
+        error = (free_run(s.structure, s.p, stretch) - stretch.states)[-1, 2]
+        ratios.append(error / np.hypot(0.002 * np.sqrt(2), carried_on(s.structure, s.p, stretch)[-1, 2]))
+    assert 0.6 < np.sqrt(np.mean(np.square(ratios))) < 1.5
 
 
 def test_the_tables_have_the_rows_of_the_predictions(fitted):
