@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from benchmarks.results_example import example_results
+from ingest.log import Finding, Log
 from seatrial.cli.summary import finding_lines, summary
 from seatrial.cli.tables import say
 from validate.report.names import short_names
+from validate.report.reading import and_others
 
 LONG = "HSVA_CPMC_KVLCC2_Z_{}_01.dat"
 
@@ -54,6 +57,37 @@ def test_what_cannot_be_used_is_said_before_anything_else(results):
     left_out = replace(last, segments=(), findings=("Nothing of this log can be used.",))
     first, *_ = finding_lines(replace(results, trials=(*others, left_out)))
     assert first.endswith("2_01.dat: Nothing of this log can be used.")
+
+
+def with_findings(results, *findings):
+    names = [t.name for t in results.trials]
+    return replace(results, logs=tuple(Log(Path(n), "csv", {}, findings=findings) for n in names))
+
+
+def test_clock_jumps_duplicates_and_damage_are_told_before_what_else_was_noticed(results):
+    found = with_findings(
+        results,
+        Finding("note", "nothing of weight"),
+        Finding("clock", "a clock that was set back by 29.9 s"),
+        Finding("duplicate", "172 records were logged twice", count=172),
+        *(Finding("damaged", f"{n} bytes that are no record", n, n) for n in (40, 50, 60)),
+        Finding("truncated", "the last line is cut off"),
+    )
+    assert list(finding_lines(found))[:4] == [
+        "  · a clock that was set back by 29.9 s",
+        "  · 172 records were logged twice",
+        "  · 40 bytes that are no record, the first of 3 such",
+        "  · the last line is cut off",
+    ]
+    lines = list(finding_lines(found, most=None))
+    assert "  · …0_01.dat: nothing of weight" in lines
+    assert "  · …0_01.dat: 172 records were logged twice" in lines
+    assert "  · …2_01.dat: 60 bytes that are no record" in lines
+
+
+def test_a_question_ends_with_its_mark():
+    assert and_others("is its unit right?", 2) == "is its unit right? The like in 2 more."
+    assert and_others("It is.", 1) == "It is. The like in 1 more."
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from validate.diagnosis import ChannelScore, Diagnosis, Results, TakenEffect, Va
 from validate.report.contents import log_entry, logs_with_trials
 from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.names import short_names
-from validate.report.reading import OF_ALL, and_others, kinds
+from validate.report.reading import NUMBER, OF_ALL, and_others, kinds, log_findings
 from validate.report.units import with_input_units
 from validate.report.words import (
     BADGES,
@@ -36,6 +36,8 @@ from validate.structure_left import seconds_ahead
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
+#: Kinds of finding of a reader that are told: those after which the samples or their times are other than logged.
+NOT_AS_RECORDED = ("clock", "duplicate", "damaged", "truncated")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
 
 
@@ -90,18 +92,41 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
     """What was noticed of the logs and while fitting; of sentences that differ in numbers alone, the first."""
-    found: dict[str, list[str]] = {}
-    for t in sorted(results.trials, key=lambda t: bool(t.segments)):  # first what cannot be used
-        found.setdefault(t.name, []).extend(t.findings)
-    shown = short_names([t.name for t in results.trials])
-    lines = [*results.remarks, *(finding_line(by_log, shown) for by_log in kinds(found).values())]
-    lines += dict.fromkeys(results.after.notes)
+    logs = logs_with_trials(results)
+    shown = short_names([name for name, _, _ in logs])
     if most is None:
-        own = [f"{shown[t.name]}: {s}" for t in results.trials for s in t.findings]
+        own = [f"{shown[name]}: {s}" for name, log, trials in logs for s in all_of(log, trials)]
         lines = [*results.remarks, *own, *results.after.notes]
+    else:
+        by_log = (
+            {name: said_of(trials, usable=False) for name, _, trials in logs},
+            {name: of_reading(log) for name, log, _ in logs},
+            {name: said_of(trials, usable=True) for name, _, trials in logs},
+        )
+        lines = [*results.remarks, *(finding_line(k, shown) for x in by_log for k in kinds(x).values())]
+        lines += dict.fromkeys(results.after.notes)
     yield from (f"  · {finding_words(line)}" for line in lines[:most])
     if most is not None and len(lines) > most:
         yield f"  · and {len(lines) - most} more in report.html"
+
+
+def all_of(log: Log | None, trials: list[Trial]) -> list[str]:
+    """What was noticed of a log as it was read, and of what was made of it."""
+    return list(dict.fromkeys([*log_findings(log), *(s for t in trials for s in t.findings)]))
+
+
+def said_of(trials: list[Trial], *, usable: bool) -> list[str]:
+    """What was noticed of the trials of a log of which something can be used, or nothing."""
+    return [s for t in trials if bool(t.segments) == usable for s in t.findings]
+
+
+def of_reading(log: Log | None) -> list[str]:
+    """What of a log is not as it was recorded, one sentence of a kind."""
+    told: dict[str, list[str]] = {}
+    for f in log.findings if log else ():
+        if f.kind in NOT_AS_RECORDED:
+            told.setdefault(NUMBER.sub("#", f.message), []).append(f.message)
+    return [k[0] + (f", the first of {len(k)} such" if len(k) > 1 else "") for k in told.values()]
 
 
 def finding_line(by_log: Mapping[str, str], shown: Mapping[str, str]) -> str:

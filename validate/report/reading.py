@@ -90,7 +90,8 @@ def alike(by_log: Mapping[str, str]) -> str:
 
 def and_others(sentence: str, others: int) -> str:
     """A finding, and in how many other logs there is one like it."""
-    return f"{sentence.rstrip('.')}. The like in {others} more." if others else sentence
+    end = "" if sentence.endswith(("?", "!")) else "."
+    return f"{sentence.rstrip('.')}{end} The like in {others} more." if others else sentence
 
 
 def manoeuvres(trials: list[Trial]) -> str:
@@ -106,5 +107,6 @@ def log_findings(log: Log | None) -> list[str]:
     out = []
     for (message, topic), counts in sorted(lines.items(), key=lambda kv: -sum(kv[1])):
         of = f" ({topic})" if topic else ""
-        out.append(f"{message}{of}" + (f", {sum(counts)} times" if sum(counts) > 1 else ""))
+        often = sum(counts) > 1 and str(sum(counts)) not in NUMBER.findall(message)
+        out.append(f"{message}{of}" + (f", {sum(counts)} times" if often else ""))
     return out
