@@ -8,11 +8,21 @@ import numpy as np
 
 from identify.stretch import STREAMS
 from ingest.errors import NotIdentifiable
-from preprocess.findings import without_numbers
+from preprocess.findings import in_words, without_numbers
+from preprocess.manoeuvres import idle_speed
 from preprocess.trial import Trial
 
 #: What is said where nothing can be identified on.
 NO_STRETCH = "no log to identify on has an unbroken stretch of five seconds with position and heading."
+#: What a stretch is made of.
+NEEDED = ("position", "heading")
+#: Share of the samples without which a log may have no stretch left, and what is said where most only repeat the last.
+MANY_ASIDE = 0.5
+REPEATED = "the vessel hardly moves, or what is logged is renewed more rarely than it is written"
+#: What is said where times are in another unit, though nothing else is wrong with the logs.
+CREEPING = (
+    "in no log to identify on does the vessel move faster than one that lies idle, and samples are rare."
+)
 #: Logs that are named where none can be used.
 MOST_SAID = 3
 #: Samples that come this far apart, s, are too rare for any vessel, or their times are in another unit.
@@ -27,11 +37,14 @@ def usable(trials: Sequence[Trial], lost: Sequence[str] = ()) -> list[Trial]:
     Raises
     ------
     NotIdentifiable
-        Where none to identify on is left.
+        Where none to identify on is left, or the times of all of them are in another unit.
     """
     found = {(t.name, t.role) for t in trials if t.segments}
+    to_identify = [t for t in trials if t.role == "identify"]
     if not any(role == "identify" for _, role in found):
-        raise NotIdentifiable(why_none([t for t in trials if t.role == "identify"], lost))
+        raise NotIdentifiable(why_none(to_identify, lost))
+    if all(creeping(t) for t in to_identify if t.segments) and (rarely := _rarely_sampled(to_identify)):
+        raise NotIdentifiable(CREEPING + rarely)
     return [t for t in trials if (t.name, t.role) in found]
 
 
@@ -40,7 +53,27 @@ def why_none(trials: Sequence[Trial], lost: Sequence[str] = ()) -> str:
     silent = [f"{t.name}: {words}" for t in trials for words in without_numbers(t.inputs.values())]
     if silent:
         return f"no log to identify on can be used: {'; '.join(silent[:MOST_SAID])}."
-    return " ".join([NO_STRETCH + _rarely_sampled(trials), *lost[:MOST_SAID]])
+    aside = [words for t in trials for words in mostly_aside(t)]
+    return " ".join([NO_STRETCH + _rarely_sampled(trials), *aside[:MOST_SAID], *lost[:MOST_SAID]])
+
+
+def mostly_aside(trial: Trial) -> list[str]:
+    """Sentences on positions and headings most of which were set aside: why, and what that may come from."""
+    out = []
+    for name, m in ((n, trial.measurements[n]) for n in NEEDED if n in trial.measurements):
+        if len(m.good) and 1.0 - m.good.mean() > MANY_ASIDE:
+            most = max(m.reasons, key=lambda r: m.reasons[r], default="")
+            cure = f": {REPEATED}" if most == "repeated" else ""
+            count = f"{int((~m.good).sum())} of {len(m.good)} samples of {name}"
+            out.append(f"{trial.name}: {count} were set aside ({in_words(m.reasons)}){cure}.")
+    return out
+
+
+def creeping(trial: Trial) -> bool:
+    """Whether a vessel nowhere moves faster than one that lies idle."""
+    speed = np.hypot(*(trial.states[k].to_numpy(dtype=float) for k in ("u", "v")))
+    speed = speed[np.isfinite(speed)]
+    return len(speed) > 0 and float(np.quantile(speed, 0.95)) < idle_speed(trial.vessel.length)
 
 
 def still(trial: Trial) -> bool:

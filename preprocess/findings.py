@@ -15,6 +15,8 @@ from preprocess.stated import Word
 from preprocess.trial import Measurement
 from preprocess.wander_kalman import Wander
 
+#: Reasons that are things, and are counted so.
+THINGS = ("outlier", "spike")
 #: What is said of a log of which nothing can be used.
 BROKEN = "No unbroken stretch of five seconds with ten samples of position and of heading"
 
@@ -57,6 +59,11 @@ def contradiction(declared: str | None, found: str | None) -> list[str]:
     return [f"The campaign calls it {declared}, and the motion is {found}."]
 
 
+def in_words(reasons: Mapping[str, int]) -> str:
+    """Why samples were set aside, and how many for each reason."""
+    return ", ".join(f"{n} {reason}{'s' * (n > 1 and reason in THINGS)}" for reason, n in reasons.items())
+
+
 def said(
     judged: Mapping[str, Judged],
     segments: Segments,
@@ -76,8 +83,7 @@ def said(
     for name, j in judged.items():
         share = 1.0 - j.good.mean() if len(j.good) else 0.0
         if share > 0.02:
-            why = ", ".join(f"{n} {reason}" for reason, n in j.reasons.items())
-            out.append(f"{share:.1%} of the samples of {name} were set aside ({why}).")
+            out.append(f"{share:.1%} of the samples of {name} were set aside ({in_words(j.reasons)}).")
     if "yaw_rate" not in judged:
         out.append("No yaw rate was logged: it follows from the heading alone.")
     if wander is not None:
