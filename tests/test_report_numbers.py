@@ -1,13 +1,14 @@
 """Thinning, numbers and axes of the report."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from validate.report.svg import limits_of, path, tick_text, ticks
+from validate.report.svg import Axes, Series, limits_of, path, stack, tick_text, ticks
 from validate.report.thinning import even, extremes
 from validate.report.words import number, plus_minus
 
@@ -86,3 +87,24 @@ def test_a_diverging_prediction_does_not_squash_the_measurement():
 def test_a_path_breaks_where_a_value_is_missing():
     drawn = path(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, np.nan, 1.0]))
     assert drawn == "M0 0l10 10M30 10h0"
+
+
+def test_a_line_that_leaves_the_plot_is_marked_at_the_edge_once_each_time():
+    t = np.linspace(0.0, 100.0, 1001)
+    y = np.where((t > 20) & (t < 30), 5.0, np.where((t > 60) & (t < 61), -5.0, 0.0))
+    axes = Axes(
+        "u", (Series("before", t, y), Series("after", t, 0.1 * y), Series("raw", t, y, "dots")), (-1.0, 1.0)
+    )
+    svg = stack("a", "", [axes], (0.0, 100.0))
+    (marks,) = re.findall(r'<path class="cut before" d="([^"]*)"', svg)
+    places = [tuple(map(float, p.split())) for p in re.findall(r"M([\d. ]+)l", marks)]
+    assert places == [
+        (pytest.approx(52 + 360 * 0.25, abs=1), 8.0),
+        (pytest.approx(52 + 360 * 0.605, abs=1), 138.0),
+    ]
+    assert 'class="cut after"' not in svg
+    swings = Axes("u", (Series("before", t, 5.0 * np.sin(40 * t)),), (-1.0, 1.0))
+    assert (
+        len(re.findall("M", re.search('cut before" d="([^"]*)"', stack("a", "", [swings], (0, 100)))[1]))
+        < 100
+    )

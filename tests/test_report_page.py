@@ -144,3 +144,16 @@ def test_what_differs_between_several_logs_in_numbers_alone_is_said_once(example
     assert page.count("The errors wander") == 1
     assert "logs/zigzag0.nmea: The errors wander (0.5 m). The like in 3 more." in page
     assert page.count("<li>zigzag") == 4
+
+
+def test_the_first_figures_show_the_yaw_rate_and_have_their_key(example_page):
+    answer = example_page[example_page.index('id="answer"') : example_page.index('id="lacks"')]
+    assert [c.split(",")[0] for c in re.findall(r"<figcaption>(.*?)</figcaption>", answer)] == [
+        "Track",
+        "u",
+        "v",
+        "r",
+    ]
+    for words in ("set aside", "noise and first state", "goes on beyond the axis", "vessel, to scale"):
+        assert words in answer
+        assert example_page.count(words) >= 2

@@ -103,7 +103,8 @@ def _residual_axes(t: FloatArray, smoothed: FloatArray, before: FloatArray | Non
     series += [Series(k, t, r) for k, r in residual.items()]
     core = residual.get("after", next(iter(residual.values())))
     guests = [*residual.values(), 2 * noise, -2 * noise]
-    low, high = limits_of([core], guests, reach=2.0)
+    usual = 2 * np.nanmedian(noise) if np.isfinite(noise).any() else 0.0
+    low, high = limits_of([core, np.array([-usual, usual])], guests, reach=2.0)
     return Axes(f"Δ, {unit}", tuple(series), (min(low, 0.0), max(high, 0.0)), height=64)
 
 

@@ -161,7 +161,7 @@ def evidence(results: Results) -> dict[str, Any]:
         "noticed": [*([("The logs together", results.remarks)] if results.remarks else []), *noticed(logs)],
         "plots": plots,
         "not_drawn": [name for name, _ in drawn[PLOTTED:]],
-        "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:3]] if plots else [],
+        "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:4]] if plots else [],
         "rounds": [round_rows(r, spreads(results)) for r in rounds],
         "apart": found_apart(results),
     }  # fmt: skip

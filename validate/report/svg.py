@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -20,6 +20,8 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 420, 248, 52, 8, 8, 34, 12
 MOST = 420
 #: Pixels beyond which nothing is drawn where it is.
 FAR = 20_000.0
+#: Width of an arrow, px.
+ARROW = 8.0
 
 
 @dataclass(frozen=True)
@@ -174,8 +176,36 @@ def _axes(name: str, axes: Axes, top: float, span: tuple[float, float], last: bo
     drawn = "".join(_drawn(s, to_x, to_y) for s in axes.series)
     window = f'<rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{axes.height}"/>'
     clip = f'<clipPath id="{name}">{window}</clipPath>'
+    words += [_beyond(s, axes.limits, to_x, top, bottom) for s in axes.series]
     inner = f'<g clip-path="url(#{name})"><g transform="scale(.1)">{drawn}</g></g>'
     return clip + "".join(grid) + inner + "".join(words)
+
+
+def _beyond(
+    s: Series,
+    limits: tuple[float, float],
+    to_x: Callable[[FloatArray], FloatArray],
+    top: float,
+    bottom: float,
+) -> str:
+    """Small arrows at the edges where a line leaves the plot, one for each time that it does."""
+    if s.kind != "line":
+        return ""
+    marks = ""
+    for away, y, down in ((s.y > limits[1], top, 1), (s.y < limits[0], bottom, -1)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
+        places = [float(to_x((s.x[a] + s.x[b - 1]) / 2)) for a, b in edges.reshape(-1, 2)]
+        marks += "".join(f"M{x:.1f} {y:.1f}l-3.5 {5 * down}h7z" for x in _apart(places))
+    return f'<path class="cut {s.style}" d="{marks}"/>' if marks else ""
+
+
+def _apart(places: Sequence[float]) -> list[float]:
+    """Places of which none is nearer to the one before than an arrow is wide."""
+    kept: list[float] = []
+    for x in places:
+        if not kept or x - kept[-1] > ARROW:
+            kept.append(x)
+    return kept
 
 
 def _name(axes: Axes, top: float, bottom: float) -> str:
