@@ -13,6 +13,7 @@ from preprocess import frames
 from preprocess.chains import Segments, Stream, inside
 from preprocess.clocks import beyond_order, clock_offsets
 from preprocess.commands import feedback_noise, judge_input
+from preprocess.doubts import turns_apart
 from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said, without_numbers
 from preprocess.gaps import find_segments, narrowed, widened
@@ -96,7 +97,9 @@ def process(
     if "wind" in judged:
         measurements["wind"] = air(judged["wind"], measurements["wind"], table)
     turning = any(raw.source.quantity == "azimuth" for raw in g.inputs.values())
-    offsets = clock_offsets(heading, track, table, segments, inputs if by_response and not turning else None)
+    driven = inputs if by_response and not turning else None
+    apart = turns_apart(measurements) is not None
+    offsets = clock_offsets(heading, track, table, segments, driven, apart=apart)
     offsets = tuple(beyond_order(o, measurements, inputs) for o in offsets)
     angles = frozenset(k for k, raw in g.inputs.items() if raw.source.quantity in ANGLES)
     found = manoeuvres_of(table, segments, inputs, vessel.length, angles, g.run.manoeuvre)

@@ -27,6 +27,8 @@ def clock_offsets(
     states: pd.DataFrame,
     segments: Segments,
     inputs: Mapping[str, Measurement] | None,
+    *,
+    apart: bool = False,
 ) -> tuple[ClockOffset, ...]:
     """Tell all offsets that the motion of one trial can tell; see the module.
 
@@ -40,8 +42,10 @@ def clock_offsets(
     inputs : mapping of str to Measurement or None
         None where only the kinematics are to speak: models of the response are not wanted, or cannot follow, as where
         forces turn with an azimuth.
+    apart : bool
+        Heading and yaw rate do not tell the same turns: a wrong sign or unit looks like a clock.
     """
-    found = [yaw_rate_offset(heading, segments)]
+    found = [None if apart else yaw_rate_offset(heading, segments)]
     if inputs is not None:
         sensors = [*in_step(heading, found[0]), levelled(track)[0]]
         found += response_offsets(states, segments, inputs, track.streams[0], sensors)

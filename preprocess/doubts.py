@@ -43,8 +43,7 @@ def doubts(
         The smoothed motion.
     """
     found = [too_far(inputs[i.name]) for i in declared if i.kind == "rudder" and i.name in inputs]
-    if {"heading", "yaw_rate"} <= set(measurements):
-        found.append(turning_apart(measurements["heading"], measurements["yaw_rate"]))
+    found.append(turns_apart(measurements))
     return [words for words in (*found, across(states)) if words]
 
 
@@ -54,6 +53,13 @@ def too_far(rudder: Measurement) -> str | None:
     if most <= FARTHEST:
         return None
     return f"{rudder.name} reaches {np.degrees(most):.0f}°, farther than a rudder turns: is its unit right?"
+
+
+def turns_apart(measurements: Mapping[str, Measurement]) -> str | None:
+    """What is said of heading and yaw rate where a log has both, and they do not tell the same."""
+    if not {"heading", "yaw_rate"} <= set(measurements):
+        return None
+    return turning_apart(measurements["heading"], measurements["yaw_rate"])
 
 
 def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:

@@ -41,6 +41,23 @@ def test_a_late_yaw_rate_is_found_and_only_that(vessel, manoeuvre, delay):
     assert any("stamps of yaw_rate" in f for f in trial.findings) == (delay > 0.0)
 
 
+@pytest.mark.parametrize("times", [-1.0, 57.3, 0.0175])
+def test_a_wrong_sign_or_unit_is_not_called_a_clock(times):
+    made = sampled(
+        truth_of("usv", "zigzag", DURATION, 1),
+        1,
+        position=Imperfect(5.0, 0.02),
+        heading=Imperfect(10.0, 0.01),
+        yaw_rate=Imperfect(20.0, 0.003),
+    )
+    tables = {**made.log.tables, "yaw_rate": times * made.log.tables["yaw_rate"]}
+    log = replace(made.log, tables=tables)
+    (trial,) = make_trials([LoggedRun("a", log, "identify")], made.vessel, made.inputs, made.sensors)
+    assert any(f.startswith("The yaw rate is") for f in trial.findings)
+    assert not any("stamps of yaw_rate" in f for f in trial.findings)
+    assert offset_of(trial) == (0.0, np.inf)
+
+
 def turn(rate_of, longer=0.0):
     """Compass and gyro of a turn, the gyro logged longer at both ends."""
     rng = np.random.default_rng(3)
