@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 
 from benchmarks.results_example import example_results
+from validate.report.markdown import report_markdown
 from validate.report.page import report_page
 
 
@@ -157,3 +158,9 @@ def test_the_first_figures_show_the_yaw_rate_and_have_their_key(example_page):
     for words in ("set aside", "noise and first state", "goes on beyond the axis", "vessel, to scale"):
         assert words in answer
         assert example_page.count(words) >= 2
+
+
+def test_errors_are_called_statistical_where_they_stand(example, example_page):
+    words = "± is the statistical standard error"
+    assert example_page.count(words) == 2  # beside the effects, and the parameters
+    assert words in report_markdown(example)

@@ -32,7 +32,7 @@ def report_markdown(results: Results) -> str:
         "## On logs held back\n\n" + table(head, errors),
         "## Model\n\n"
         + "\n".join(f"`{words.in_powers(e)}`\n" for e in results.equations or words.equations(fit)),
-        table(["parameter", "value", "unit"], parameter_rows(results)),
+        table(["parameter", "value", "unit"], parameter_rows(results)) + f"\n± {words.STATISTICAL}",
         "## Logs\n\n"
         + table(["log", "role", "manoeuvre"], [[t.name, t.role, t.manoeuvre or "–"] for t in results.trials]),
     ]

@@ -108,6 +108,7 @@ def answer(results: Results) -> dict[str, Any]:
         "unexplained": list(found.unexplained.items()) if found else [],
         "ahead": f"{seconds_ahead(results.after.vessel.length):.0f} s",
         "materiality": MATERIALITY,
+        "statistical": words.STATISTICAL,
         "advice": advice_words(found.advice) if found else "",
     }  # fmt: skip
 

@@ -19,6 +19,11 @@ UNCOUNTED = frozenset((
     "waves", "propeller_walk", "thrust_fade", "thrust_loss_with_speed", "quadratic_damping", "turning_resistance",
     "roll_coupling", "shallow_water", "cross_terms", "rudder_flow", "linear_damping",
 ))  # fmt: skip
+#: What an error after ± is.
+STATISTICAL = (
+    "is the statistical standard error: what sensors, and pushes that nothing logged, leave uncertain if the model with what "
+    "it lacks is right. How far the model itself is off is not in it."
+)
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
 
