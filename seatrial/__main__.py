@@ -13,7 +13,7 @@ from seatrial.stages import foreign_stage
 
 #: Objects that are made before the youngest are looked through for rings, and how often those that stay are: few rings
 #: are made here, and looking through all that the libraries hold takes a twentieth of the time.
-RARELY = (20_000, 20, 100)
+RARELY = (5_000, 10, 10)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
