@@ -15,15 +15,25 @@ FOLLOWING = 1.0
 
 
 def remarks_on(runs: Sequence[LoggedRun], trials: Sequence[Trial]) -> tuple[str, ...]:
-    """How the logs were divided, whether any is left to validate on, and which are not independent of each other."""
+    """How the logs were divided, what is left of them to validate on, and which are not independent of each other."""
     starts = {t.name: t.start for t in trials}
-    return (*divided(runs), *not_validated(trials), *same_records(runs), *overlaps(runs, starts))
+    together = *same_records(runs), *overlaps(runs, starts)
+    return (*divided(runs), *not_validated(trials), *beyond_the_end(runs), *together)
 
 
 def divided(runs: Sequence[LoggedRun]) -> Iterator[str]:
     """That no log validates as a whole."""
     if all(run.role is None for run in runs):
         yield 'No log has role = "validate": the last third of each was held back to validate on.'
+
+
+def beyond_the_end(runs: Sequence[LoggedRun]) -> Iterator[str]:
+    """Slices that end after their logs: one may be mistyped."""
+    for run in runs:
+        if run.slice is not None and run.slice[1] > run.log.duration_s + FOLLOWING:
+            low, high = within(run, 0.0)
+            asked = f"The slice [{run.slice[0]:g}, {run.slice[1]:g}] of {run.name}"
+            yield f"{asked} ends after the log, which lasts {high:.1f} s: {high - low:.1f} s of it are used."
 
 
 def is_left(trials: Sequence[Trial], role: str) -> bool:

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.results_example import example_results
 from ingest.log import Finding, Log
-from seatrial.cli.summary import finding_lines, summary
+from seatrial.cli.summary import finding_lines, lasts, summary
 from seatrial.cli.tables import say
 from validate.report.names import short_names
 from validate.report.reading import and_others
@@ -83,6 +83,17 @@ def test_clock_jumps_duplicates_and_damage_are_told_before_what_else_was_noticed
     assert "  · …0_01.dat: nothing of weight" in lines
     assert "  · …0_01.dat: 172 records were logged twice" in lines
     assert "  · …2_01.dat: 60 bytes that are no record" in lines
+
+
+def test_of_a_log_that_is_used_in_part_the_part_is_said(results):
+    trial = results.trials[0]
+    assert lasts(20.0, [trial]) == "20.0 s"
+    assert lasts(120.0, [trial]) == "19.9 s of 2 min 00 s"
+    parts = [
+        replace(trial, states=trial.states[at]) for at in (trial.states["t"] < 9.0, trial.states["t"] > 11.0)
+    ]
+    assert lasts(20.0, parts) == "20.0 s"
+    assert lasts(60.0, []) == "60.0 s"
 
 
 def test_a_question_ends_with_its_mark():

@@ -14,7 +14,7 @@ from ingest.log import Log
 from preprocess.run_of_log import LoggedRun
 from seatrial import load_campaign, run
 from seatrial.cli.summary import finding_lines
-from seatrial.remarks import divided, not_validated, overlaps, require_unseen, same_records
+from seatrial.remarks import beyond_the_end, divided, not_validated, overlaps, require_unseen, same_records
 from validate.report.page import evidence
 from validate.report.words import headline
 
@@ -48,6 +48,14 @@ def test_copies_are_said(roles, said):
     assert list(same_records([a, b, logged("d", roles[0])])) == [three]
     halves = [replace(r, slice=s) for r, s in zip((a, b), ((0.0, 50.0), (50.0, 100.0)), strict=True)]
     assert not list(same_records(halves))
+
+
+def test_a_slice_that_ends_after_its_log_is_said():
+    a, b = logged("a", slice=(30.0, 1200.0)), logged("b", seed=1, slice=(0.0, 100.5))
+    (said,) = beyond_the_end([a, b, logged("c", seed=2)])
+    assert said == (
+        "The slice [30, 1200] of a ends after the log, which lasts 100.0 s: 70.0 s of it are used."
+    )
 
 
 def test_logs_in_one_anothers_time_are_counted():

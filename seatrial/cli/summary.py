@@ -36,6 +36,8 @@ from validate.structure_left import seconds_ahead
 #: channel: what it is, and the factor from SI to the unit for reading
 CHANNELS = {"u": ("surge u, m/s", 1.0), "v": ("sway v, m/s", 1.0), "r": ("yaw rate r, °/s", DEGREES)}
 MOST_FINDINGS = 6
+#: Share of a log above which it is used as a whole.
+MOSTLY = 0.95
 #: Kinds of finding of a reader that are told: those after which the samples or their times are other than logged.
 NOT_AS_RECORDED = ("clock", "duplicate", "damaged", "truncated")
 STYLES = {"ADEQUATE": "green", "EXPLAINED": "green", "AMBIGUOUS": "yellow", "UNEXPLAINED": "red"}
@@ -82,12 +84,19 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
         shown,
         entry.role,
         entry.format,
-        duration(entry.duration_s),
+        lasts(entry.duration_s, trials),
         size(entry.bytes_read),
         f"{entry.bytes_damaged} B" if entry.bytes_damaged else "",
         str(sum(s.gaps for s in entry.signals) or ""),
         str(sum(s.outliers for s in entry.signals) or ""),
     )
+
+
+def lasts(seconds: float, trials: list[Trial]) -> str:
+    """How long a log lasts, and how much of that is used where a good part is not."""
+    times = [(t.states["t"].min(), t.states["t"].max()) for t in trials if len(t.states)]
+    used = max(b for _, b in times) - min(a for a, _ in times) if times else seconds
+    return f"{duration(used)} of {duration(seconds)}" if used < MOSTLY * seconds else duration(seconds)
 
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
