@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -92,11 +93,12 @@ def log_row(shown: str, log: Log | None, name: str, trials: list[Trial]) -> Sequ
     )
 
 
-def lasts(seconds: float, trials: list[Trial]) -> str:
+def lasts(seconds: float | None, trials: list[Trial]) -> str:
     """How long a log lasts, and how much of that is used where a good part is not."""
     times = [(t.states["t"].min(), t.states["t"].max()) for t in trials if len(t.states)]
-    used = max(b for _, b in times) - min(a for a, _ in times) if times else seconds
-    return f"{duration(used)} of {duration(seconds)}" if used < MOSTLY * seconds else duration(seconds)
+    used = max(b for _, b in times) - min(a for a, _ in times) if times else np.inf
+    in_part = seconds is not None and used < MOSTLY * seconds
+    return f"{duration(used)} of {duration(seconds)}" if in_part else duration(seconds)
 
 
 def finding_lines(results: Results, most: int | None = MOST_FINDINGS) -> Iterator[str]:
