@@ -177,6 +177,7 @@ def methods() -> list[str]:
     """Estimators and optimisers."""
     from identify.estimators import ESTIMATORS
     from identify.optimisers import OPTIMISERS
+    from identify.references import REFERENCES
 
     lines = ["# Estimators and optimisers", "", "## Estimators", ""]
     lines += table(
@@ -197,7 +198,8 @@ def methods() -> list[str]:
         "All by ask and tell: a run can be saved, resumed and repeated from its state.",
         "",
     ]
-    return lines + table(("name", "source"), ((code(o.name), o.source) for o in OPTIMISERS.values()))
+    lines += table(("name", "source"), ((code(o.name), o.source) for o in OPTIMISERS.values()))
+    return [*lines, "", "## References", "", *(f"- **{key}**: {text}." for key, text in REFERENCES.items())]
 
 
 def signals() -> list[str]:

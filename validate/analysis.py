@@ -8,6 +8,7 @@ from functools import partial
 
 import pandas as pd
 
+from identify.estimators import ESTIMATORS
 from identify.fit import Fit
 from identify.fit_with import fit_with
 from identify.fitted import Fitted
@@ -17,6 +18,7 @@ from identify.in_common import in_common
 from identify.models import MODEL_BY_NAME
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
+from identify.references import OUTPUT_ERROR, SMOOTHER, in_full
 from identify.report_fit import equations, make_fit
 from identify.richer_model import richer_model
 from identify.whole_windows import sharpest
@@ -131,7 +133,7 @@ def analyse(
     return Analysis(
         made[0], made[-1], scored[0], scored[1], diagnosis, tables,
         actuator_tables(after.solution.structure, after.solution.p, stretches, tables),
-        equations(after), _papers(after),
+        equations(after), _papers(prepared, after, _estimator(estimator)),
         carried_tables(after.solution.structure, after.solution.p, stretches, tables),
     )  # fmt: skip
 
@@ -282,7 +284,10 @@ def _optimiser(name: str) -> str:
     return "gauss_newton" if name == "auto" else name
 
 
-def _papers(fitted: Fitted) -> tuple[str, ...]:
+def _papers(prepared: Prepared, fitted: Fitted, estimator: str) -> tuple[str, ...]:
+    """What the model, what it lacks, the estimator and the smoother rest on."""
     structure = fitted.solution.structure
-    sources = [MODEL_BY_NAME[structure.model.name].source, *(a.effect.source for a in structure.actives)]
-    return tuple(dict.fromkeys(sources))
+    method = ESTIMATORS[estimator].source if estimator in ESTIMATORS else OUTPUT_ERROR
+    smoother = [] if any(s.observed for s in prepared.identify) else [SMOOTHER]
+    model = MODEL_BY_NAME[structure.model.name].source
+    return in_full([model, *(a.effect.source for a in structure.actives), method, *smoother])

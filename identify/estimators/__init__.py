@@ -22,7 +22,7 @@ ALL = (
         "eso_lssvm", fit_eso_lssvm, {**_REGULARISATION, "C_b": (1e-6, 1e6)}, "Xie et al. 2020, eq. 25-28"
     ),
     Estimator("wls_svr", fit_wls_svr, _REGULARISATION, "Zhu et al. 2019, eq. 19-24"),
-    Estimator("rw_lssvr", fit_rw_lssvr, _REGULARISATION, "Zhu et al. 2019 and 2022"),
+    Estimator("rw_lssvr", fit_rw_lssvr, _REGULARISATION, "Zhu et al. 2019; Zhu et al. 2022"),
     Estimator("recursive_ls", fit_recursive_ls, {"forgetting": (0.9, 1.0)}),
 )
 ESTIMATORS: Mapping[str, Estimator] = MappingProxyType({e.name: e for e in ALL})

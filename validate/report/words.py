@@ -21,8 +21,8 @@ UNCOUNTED = frozenset((
 ))  # fmt: skip
 #: What an error after ± is.
 STATISTICAL = (
-    "is the statistical standard error: what sensors, and pushes that nothing logged, leave uncertain if the model with what "
-    "it lacks is right. How far the model itself is off is not in it."
+    "is the statistical standard error: what sensors, and pushes that nothing logged, leave uncertain if the model "
+    "with what it lacks is right. How far the model itself is off is not in it."
 )
 BADGES = {None: "Not searched", Verdict.ADEQUATE: "Adequate", Verdict.EXPLAINED: "Explained",
           Verdict.AMBIGUOUS: "Ambiguous", Verdict.UNEXPLAINED: "Unexplained"}  # fmt: skip
