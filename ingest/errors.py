@@ -21,6 +21,9 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
+#: Formats that were tried are named up to so many: more would hide what the file is.
+MOST_NAMED = 3
+
 
 def nearest(name: str, known: Iterable[str], most: int = 3) -> list[str]:
     """The known names that are closest to ``name``, best first, letter case ignored."""
@@ -32,6 +35,8 @@ class SeatrialError(Exception):
     """Base of all errors that are reported to the user without a traceback."""
 
     exit_status = 1
+    #: What else there is to say to who looks for the cause.
+    details = ""
 
 
 class UsageError(SeatrialError):
@@ -93,9 +98,10 @@ class UnreadableLog(DataError):
 
     def __init__(self, path: Path, tried: Iterable[str], looks_like: str) -> None:
         self.path, self.tried, self.looks_like = path, tuple(tried), looks_like
-        super().__init__(
-            f"{path}: no usable record; tried {', '.join(self.tried)}; the file looks like {looks_like}."
-        )
+        self.details = f"{path}: tried {', '.join(self.tried)}."
+        many = len(self.tried) > MOST_NAMED
+        which = f"none of {len(self.tried)} formats fits" if many else f"tried {', '.join(self.tried)}"
+        super().__init__(f"{path}: no usable record: the file looks like {looks_like}; {which}.")
 
 
 class MissingQuantity(DataError):

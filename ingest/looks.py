@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+#: Bytes from the beginning that are looked at.
+HEAD = 4096
 MAGICS: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),

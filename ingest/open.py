@@ -12,6 +12,7 @@ from ingest.clock import in_order, timing_findings
 from ingest.container import INNER_SUFFIXES, Contents, open_contents
 from ingest.errors import FolderGiven, MissingLog, UnreadableLog, UsageError, nearest
 from ingest.log import Finding, Log
+from ingest.looks import HEAD as LOOKED_AT
 from ingest.looks import looks_like
 from ingest.reader import Decoded, Reader, ReadOptions
 
@@ -141,7 +142,9 @@ def decode(
         if any(len(table) for table in decoded.tables.values()) or options.topics is not None:
             return reader, decoded
         attempts.append(Attempt(reader.name, "no records"))
-    raise UnreadableLog(path, tried(attempts), looks_like(bytes(contents.data[:4096]), len(contents.data)))
+    raise UnreadableLog(
+        path, tried(attempts), looks_like(bytes(contents.data[:LOOKED_AT]), len(contents.data))
+    )
 
 
 def tried(attempts: list[Attempt]) -> list[str]:

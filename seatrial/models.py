@@ -11,6 +11,8 @@ from ingest.errors import UsageError
 if TYPE_CHECKING:
     from identify.fit import Fit
 
+MODEL = "model.json"
+
 
 def load_model(path: str | os.PathLike[str]) -> Fit:
     """Read an identified model.
@@ -18,7 +20,7 @@ def load_model(path: str | os.PathLike[str]) -> Fit:
     Parameters
     ----------
     path : path-like
-        A ``model.json``, or the results folder that holds one.
+        A ``model.json``, the results folder that holds one, or the folder that holds that.
 
     Raises
     ------
@@ -27,9 +29,8 @@ def load_model(path: str | os.PathLike[str]) -> Fit:
     """
     from validate.report.model_file import read_model
 
-    file = Path(path) / "model.json" if Path(path).is_dir() else Path(path)
-    if not file.is_file():
-        raise UsageError(
-            f"{file}: the model is not there. `seatrial run` writes one into its results folder."
-        )
-    return read_model(file)
+    given = Path(path)
+    for file in (given, given / MODEL, given / "results" / MODEL):
+        if file.is_file():
+            return read_model(file)
+    raise UsageError(f"{given}: no {MODEL} is there. `seatrial run` writes one into its results folder.")

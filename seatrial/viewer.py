@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -40,6 +41,12 @@ def checked_recording(file: Path) -> Path:
         found = looks_like(head, file.stat().st_size)
         raise UsageError(f"{file}: expected a recording of Rerun, found {found}.")
     return file
+
+
+def viewer_environment(web: bool = False) -> dict[str, str]:
+    """The viewer's environment: unless asked for more it logs errors alone, and the address for a browser."""
+    told = "error,re_sdk::web_viewer=info" if web else "error"
+    return {"RUST_LOG": told} | os.environ
 
 
 def viewer_command(recording: Path, web: bool = False) -> list[str]:

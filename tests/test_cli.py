@@ -19,7 +19,7 @@ from seatrial import load_campaign
 from seatrial.__main__ import main
 from seatrial.initial import column_name, initial_campaign
 from seatrial.results_folder import check_replaceable, in_place
-from seatrial.viewer import recording_in, viewer_command
+from seatrial.viewer import recording_in, viewer_command, viewer_environment
 
 SCRIPT = Path(sys.executable).parent / "seatrial"
 
@@ -325,14 +325,18 @@ def test_view_is_bound_to_this_machine(cli, tmp_path, monkeypatch):
     (tmp_path / "recording.rrd").write_bytes(b"RRF2")
     called = []
 
-    def pretend(command: list[str], check: bool) -> subprocess.CompletedProcess[str]:
+    def pretend(command: list[str], check: bool, env: dict[str, str]) -> subprocess.CompletedProcess[str]:
         called.append(command)
+        assert env["RUST_LOG"] == "error"
         return subprocess.CompletedProcess(command, 0)
 
     monkeypatch.setattr(subprocess, "run", pretend)
     status, _, _ = cli("view", tmp_path)
     assert status == 0
     (command,) = called
+    assert "web_viewer=info" in viewer_environment(web=True)["RUST_LOG"]
+    monkeypatch.setenv("RUST_LOG", "debug")
+    assert viewer_environment()["RUST_LOG"] == "debug"
     assert command[command.index("--bind") + 1] == "127.0.0.1"
     assert command[-1] == str(tmp_path / "recording.rrd")
 

@@ -151,9 +151,17 @@ def test_the_next_reader_is_tried(tmp_path, toys):
 def test_unreadable_says_what_was_tried(tmp_path, toys):
     toys(toy_reader("toy", b"T", 0.9))
     with pytest.raises(
-        UnreadableLog, match=r"tried toy \(nothing good in it\).*text whose first line is 'Tbad'"
+        UnreadableLog,
+        match=r"looks like text whose first line is 'Tbad'; tried toy \(nothing good in it\)\.$",
     ):
         read_log(written(tmp_path, "x", b"Tbad\nmore"))
+
+
+def test_of_many_formats_that_were_tried_the_number_is_said_and_the_names_on_demand(tmp_path, toys):
+    toys(*(toy_reader(name, b"T", 0.0) for name in ("one", "two", "three", "four")))
+    with pytest.raises(UnreadableLog, match=r"looks like a PNG image; none of 4 formats fits\.$") as caught:
+        read_log(written(tmp_path, "x", b"\x89PNG"))
+    assert "tried one, two, three, four" in caught.value.details
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ from seatrial.campaign.rules import faults_in
 from seatrial.campaign.tables import CampaignTable
 
 FILENAME = "campaign.toml"
+#: How sure a reader is of what it takes for a log.
+LIKELY = 0.25
 
 
 def load_campaign(path: str | os.PathLike[str]) -> Campaign:
@@ -77,13 +79,33 @@ def parsed(file: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(bytes_of(file).decode("utf-8-sig"))
     except tomllib.TOMLDecodeError as error:
+        check_no_log(file)
         what, _, where = str(error).rpartition(" (at ")
         place = where.rstrip(")") if what else "the file"
         raise CampaignError(file, place, "TOML", (what or str(error)).lower()) from error
     except UnicodeDecodeError as error:
+        check_no_log(file)
         raise CampaignError(
             file, f"byte {error.start}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}"
         ) from error
+
+
+def check_no_log(file: Path) -> None:
+    """A log may have been given where its campaign is meant.
+
+    Raises
+    ------
+    UsageError
+        The file is not called as a campaign is, and is a log.
+    """
+    from ingest.open import HEAD
+    from ingest.readers import READERS
+
+    head = bytes_of(file)[:HEAD]
+    best = max(READERS, key=lambda r: r.sniff(head))
+    if file.suffix != ".toml" and best.sniff(head) > LIKELY:
+        cure = f"`seatrial init {file.parent}` writes a {FILENAME} for the logs there"
+        raise UsageError(f"{file}: expected a campaign, found a log ({best.name}); {cure}.")
 
 
 def checked(file: Path, tables: dict[str, Any]) -> CampaignTable:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ingest.errors import UnreadableLog, UsageError
 from ingest.log import Finding
+from ingest.looks import HEAD, looks_like
 from ingest.ros.records import Batch, Channel, Contents, batches
 from seatrial.capture.recording_file import Message, RecordingFile
 from seatrial.capture.records import ChannelSpec
@@ -75,7 +76,8 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             return Recovered(path, count, ())
         partial.rename(out)
     except ValueError as error:
-        raise UnreadableLog(path, [f"mcap ({error})"], "something else") from error
+        seen = looks_like(bytes(data[:HEAD]), len(data))
+        raise UnreadableLog(path, [f"mcap ({error})"], seen) from error
     finally:
         partial.unlink(missing_ok=True)
     return Recovered(out, count, tuple(contents.findings))

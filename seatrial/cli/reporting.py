@@ -66,6 +66,8 @@ class Reporting:
             return
         if self.debug:
             traceback.print_exception(error)
+            if details := getattr(error, "details", ""):
+                typer.echo(details, err=True)
         raise SystemExit(report(error))
 
 

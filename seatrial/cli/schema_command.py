@@ -17,7 +17,16 @@ class Which(StrEnum):
     campaign = "campaign"
 
 
-def command(which: Annotated[Which, typer.Argument(help="Which file.")]) -> None:
+def named(text: str) -> Which:
+    """What a word asks for."""
+    if text not in list(Which):
+        raise typer.BadParameter(f"expected {', '.join(Which)}, found '{text}'.")
+    return Which(text)
+
+
+def command(
+    which: Annotated[Which, typer.Argument(help="Which file.", parser=named, metavar="|".join(Which))],
+) -> None:
     """Print the JSON schema of report.json, model.json or campaign.toml.
 
     Example:

@@ -21,9 +21,10 @@ def command(
     import subprocess
 
     from ingest.errors import DataError
-    from seatrial.viewer import recording_in, viewer_command
+    from seatrial.viewer import recording_in, viewer_command, viewer_environment
 
-    status = subprocess.run(viewer_command(recording_in(results), web), check=False).returncode
+    command = viewer_command(recording_in(results), web)
+    status = subprocess.run(command, check=False, env=viewer_environment(web)).returncode
     if status:
         raise DataError(
             f"the Rerun viewer ended with status {status}; without a screen, `--web` shows it in a browser."

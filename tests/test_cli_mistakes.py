@@ -1,0 +1,69 @@
+"""What was given in place of what was meant, and what is said then."""
+
+from __future__ import annotations
+
+import pytest
+from test_cli import CAMPAIGN, one_sentence, write_log
+
+from ingest.errors import UsageError
+from seatrial.__main__ import main
+from seatrial.models import load_model
+from validate.report import model_file
+
+
+@pytest.fixture
+def cli(capsys):
+    """Runs the command line here; gives exit status, stdout, stderr."""
+
+    def call(*words):
+        with pytest.raises(SystemExit) as end:
+            main([str(w) for w in words])
+        return end.value.code, *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_log(tmp_path / "run.csv")
+    return tmp_path
+
+
+def test_an_unknown_schema_is_said_in_words(cli):
+    _, _, err = cli("schema", "foo")
+    assert "expected report, model, campaign, found 'foo'" in " ".join(err.replace("│", "").split())
+    assert "Value error" not in err
+
+
+def test_a_log_in_place_of_a_campaign_is_told(cli, folder):
+    status, _, err = cli("run", folder / "run.csv")
+    assert status == 2
+    assert one_sentence(err)
+    assert "expected a campaign, found a log (csv); `seatrial init" in err
+    (folder / "run.cfg").write_text(CAMPAIGN + "[[log")
+    assert "expected TOML" in cli("run", folder / "run.cfg")[2]
+
+
+def test_what_else_was_tried_is_said_with_debug(cli, tmp_path):
+    (tmp_path / "x.bin").write_bytes(bytes(range(128, 256)) * 9)
+    for words, said in (((), False), (("--debug",), True)):
+        status, _, err = cli("inspect", tmp_path / "x.bin", *words)
+        assert status == 1
+        assert "no usable record: the file looks like binary data" in err
+        assert ("ulog" in err) == said
+
+
+def test_a_text_is_not_recovered_and_called_what_it_is(cli, folder):
+    status, _, err = cli("recover", folder / "run.csv")
+    assert status == 1
+    assert "the file looks like text whose first line is 't,north" in err
+
+
+def test_a_model_is_found_in_the_results_of_a_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(model_file, "read_model", lambda file: file)
+    with pytest.raises(UsageError, match=r"no model\.json is there"):
+        load_model(tmp_path)
+    results = tmp_path / "results"
+    results.mkdir()
+    (results / "model.json").write_text("{}")
+    assert load_model(tmp_path) == load_model(results) == load_model(results / "model.json")
