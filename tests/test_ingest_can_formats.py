@@ -140,6 +140,25 @@ def test_canboat_text_with_fast_packets_frame_by_frame():
     assert table["latitude"].tolist() == pytest.approx([5.0, 6.0, 7.0, 8.0])
 
 
+def test_that_memory_ran_out_is_no_damage_of_an_mf4(monkeypatch):
+    from can.io import MF4Reader
+
+    data = written(VOYAGE[:60], ".mf4")
+
+    def fails_with(error):
+        def frames(reader):
+            raise error
+
+        monkeypatch.setattr(MF4Reader, "__iter__", frames)
+
+    fails_with(MemoryError())
+    with pytest.raises(MemoryError):
+        READER["mf4"].read(Path("x.mf4"), memoryview(data), ReadOptions())
+    fails_with(KeyError("channel"))
+    with pytest.raises(ValueError, match="no CAN frames that asammdf can read"):
+        READER["mf4"].read(Path("x.mf4"), memoryview(data), ReadOptions())
+
+
 def test_mf4(monkeypatch):
     data = written(VOYAGE[:60], ".mf4")
     assert READER["mf4"].sniff(data) > 0.9

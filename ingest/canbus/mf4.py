@@ -46,7 +46,9 @@ def read(data: memoryview) -> Capture:
     try:
         with MF4Reader(io.BytesIO(bytes(data))) as reader:
             messages.extend(reader)
-    except Exception as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # of a damaged file asammdf lets through whatever its parsing meets
         if not messages:
             raise ValueError(f"no CAN frames that asammdf can read: {error}") from error
         findings = (Finding("damaged", f"asammdf gave up after {len(messages)} frames: {error}", 0),)
