@@ -29,11 +29,12 @@ def divided(runs: Sequence[LoggedRun]) -> Iterator[str]:
 
 def beyond_the_end(runs: Sequence[LoggedRun]) -> Iterator[str]:
     """Slices that end after their logs: one may be mistyped."""
-    for run in runs:
-        if run.slice is not None and run.slice[1] > run.log.duration_s + FOLLOWING:
-            low, high = within(run, 0.0)
-            asked = f"The slice [{run.slice[0]:g}, {run.slice[1]:g}] of {run.name}"
-            yield f"{asked} ends after the log, which lasts {high:.1f} s: {high - low:.1f} s of it are used."
+    sliced = [(r.name, r.slice, r.log.duration_s) for r in runs if r.slice is not None]
+    found = [(name, cut, end) for name, cut, end in sliced if cut[1] > end + FOLLOWING]
+    for name, (low, high), end in found[:1]:
+        more = f" ({len(found)} such slices in all)" if found[1:] else ""
+        asked = f"The slice [{low:g}, {high:g}] of {name} ends after the log, which lasts {end:.1f} s{more}"
+        yield f"{asked}: {end - low:.1f} s of it are used."
 
 
 def is_left(trials: Sequence[Trial], role: str) -> bool:

@@ -56,6 +56,8 @@ def test_a_slice_that_ends_after_its_log_is_said():
     assert said == (
         "The slice [30, 1200] of a ends after the log, which lasts 100.0 s: 70.0 s of it are used."
     )
+    (both,) = beyond_the_end([a, replace(b, slice=(10.0, 500.0))])
+    assert "lasts 100.0 s (2 such slices in all): 70.0 s" in both
 
 
 def test_logs_in_one_anothers_time_are_counted():
