@@ -20,7 +20,8 @@ from numba import njit
 
 from identify.aligned import zeros
 from identify.angles import cosine_and_sine
-from identify.flow import COLUMNS, RESULTS, flow
+from identify.flow import COLUMNS, RESULTS
+from identify.flow_behind import flow
 from identify.simd import (
     COMPILED,
     INLINED,

@@ -9,7 +9,8 @@ from numba import njit
 
 from identify.aligned import aligned, zeros
 from identify.angles import cosine_and_sine
-from identify.flow import COLUMNS, flow
+from identify.flow import COLUMNS
+from identify.flow_behind import flow
 from identify.kernel import CHANNEL, FLOW, NX, PART, REACH, TINY, WEIGHT
 from identify.simd import COMPILED, INLINED, WIDTH, absolute, larger, load, root, smaller, splat, store
 from identify.tape import ROW, Tape

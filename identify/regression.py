@@ -10,7 +10,8 @@ from scipy.ndimage import convolve1d
 from scipy.optimize import lsq_linear
 
 from identify.drive import Drive, drive
-from identify.flow import CHANNELS, RESULTS, flow_along
+from identify.flow import CHANNELS, RESULTS
+from identify.flow_behind import flow_along
 from identify.nondimensional import unit_size
 from identify.slot import Slot
 from identify.steady import current_of, sensor_of

@@ -34,7 +34,7 @@ class Steps(NamedTuple):
     ``left``, ``right`` (t,) places of the two values of each product, ``single`` (m,) places of the other summands,
     t and m multiples of ``GROUP`` (what was added to make them so counts nothing); ``needs`` (4,) what of ``NEEDS``
     there is; ``base`` number of factors and channels, which is the place of the first product. ``flow_place`` (10,)
-    and ``flow`` (11,) are what ``identify.flow.flow`` takes, empty without one.
+    and ``flow`` (11,) are what ``identify.flow_behind.flow`` takes, empty without one.
     """
 
     left: PlaceArray

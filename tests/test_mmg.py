@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.papers.kvlcc2 import REVOLUTIONS, RUDDER_RATE, SPEED, accelerations
-from identify import flow
+from identify import flow, flow_behind
 from identify.free_running import free_running_misfit
 from identify.mmg import inertia_of
 from identify.physical import physical
@@ -221,7 +221,7 @@ def test_the_derivatives_of_the_flow_are_exact(sign):
 
     def results(q):
         full = np.concatenate([q, np.zeros(flow.ROOM)])
-        flow.flow(full, place, constants, at)
+        flow_behind.flow(full, place, constants, at)
         return full[at:].reshape(3, flow.COLUMNS)
 
     for _ in range(50):
