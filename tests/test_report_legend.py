@@ -25,14 +25,14 @@ def with_terms(example, inputs, *terms):
 @pytest.mark.parametrize(
     ("inputs", "term", "symbol", "says"),
     [
-        ((RUDDER, SCREW), "U²N:rudder", "N:rudder", "moment: −1.90 × rudder; levers in m, rudder in rad"),
+        ((RUDDER, SCREW), "U²N:rudder", "N:rudder", "moment: −1.90 m × rudder; rudder in rad"),
         ((RUDDER, SCREW), "U²F:rudder", "F:rudder", "side force: rudder; rudder in rad"),
         ((RUDDER, SCREW), "T:propeller", "T:propeller", "thrust: propeller·|propeller|; propeller in rev/s"),
         ((LEFT, RIGHT), "N:thruster", "N:thruster",
-         "moment: 0.300 × left·|left| − 0.300 × right·|right|; levers in m, thruster from −1 to 1"),
+         "moment: 0.300 m × left·|left| − 0.300 m × right·|right|; thruster from −1 to 1"),
         ((replace(LEFT, law="linear", unit="N"),), "T:thruster", "T:thruster", "thrust: left; thruster in N"),
         ((replace(SCREW, position=(-1.0, 0.2)), Input("pod", "azimuth", drives="propeller")), "N:propeller",
-         "N:propeller", "moment: (−1.00 sin α − 0.200 cos α) × propeller·|propeller|, α being pod; levers in m, "
+         "N:propeller", "moment: (−1.00 sin α − 0.200 cos α) m × propeller·|propeller|, α being pod; "
          "propeller in rev/s"),
         ((RUDDER, replace(RUDDER, name="other")), "δ", "δ", "mean of rudder and other, rad, its sign the log's own"),
         ((SCREW,), "Δu³/U", "U", "√(u² + v²), m/s"),
@@ -56,4 +56,4 @@ def test_the_levers_are_those_by_which_inputs_act():
 def test_the_page_tells_its_symbols(example, example_page):
     assert "<dt>δ</dt><dd>rudder, rad" in example_page
     page = report_page(replace(example, after=with_terms(example, (RUDDER, SCREW), "U²N:rudder")))
-    assert "<dt>N:rudder</dt><dd>moment: −1.90 × rudder" in page
+    assert "<dt>N:rudder</dt><dd>moment: −1.90 m × rudder" in page

@@ -56,8 +56,7 @@ def _of_forces(inputs: Sequence[Input], used: set[str]) -> Iterator[tuple[str, s
         for letter, what in (("T", "thrust"), ("F", "side force"), ("N", "moment")):
             if (symbol := f"{letter}:{kind}") in used:
                 parts = [part for i in members if (part := _part(letter, i, tuple(inputs)))]
-                lever = "levers in m, " if letter == "N" else ""
-                yield symbol, f"{what}: {_sum(parts)}; {lever}{_unit(members[0])}"
+                yield symbol, f"{what}: {_sum(parts)}; {_unit(members[0])}"
 
 
 def _part(letter: str, item: Input, inputs: tuple[Input, ...]) -> str:
@@ -66,12 +65,12 @@ def _part(letter: str, item: Input, inputs: tuple[Input, ...]) -> str:
     azimuth = azimuth_of(inputs).get(item.name)
     if azimuth is not None:
         x, y = (x, y) if (x, y) != (0.0, 0.0) else azimuth.position
-        lever = {"T": "cos α", "F": "sin α", "N": f"({number(x)} sin α {_signed(-y)} cos α)"}[letter]
+        lever = {"T": "cos α", "F": "sin α", "N": f"({number(x)} sin α {_signed(-y)} cos α) m"}[letter]
         return f"{lever} × {_thrust(item)}, α being {azimuth.name}"
     if letter != "N":
         return _thrust(item)
     lever_arm = x if item.kind in ("rudder", "tunnel") else -y
-    return f"{number(lever_arm)} × {_thrust(item)}" if lever_arm else ""
+    return f"{number(lever_arm)} m × {_thrust(item)}" if lever_arm else ""
 
 
 def _signed(value: float) -> str:

@@ -188,13 +188,13 @@ def _beyond(
     top: float,
     bottom: float,
 ) -> str:
-    """Small arrows at the edges where a line leaves the plot, one for each time that it does."""
+    """Small arrows at the edges, where a line leaves the plot and where it comes back."""
     if s.kind != "line":
         return ""
     marks = ""
     for away, y, down in ((s.y > limits[1], top, 1), (s.y < limits[0], bottom, -1)):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
-        places = [float(to_x((s.x[a] + s.x[b - 1]) / 2)) for a, b in edges.reshape(-1, 2)]
+        places = [float(to_x(s.x[k])) for a, b in edges.reshape(-1, 2) for k in (a, b - 1)]
         marks += "".join(f"M{x:.1f} {y:.1f}l-3.5 {5 * down}h7z" for x in _apart(places))
     return f'<path class="cut {s.style}" d="{marks}"/>' if marks else ""
 
