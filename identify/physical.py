@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.fit import Fit
 from identify.mmg import paper_values
+from identify.written import plus_minus
 from preprocess.vessel import Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -35,7 +36,7 @@ class Physical:
 
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{self.name} = {self.value:.4g} ± {self.stderr:.2g}{unit}"
+        return f"{self.name} = {plus_minus(self.value, self.stderr)}{unit}"
 
 
 def _nomoto1(c: Coefficients, _: Vessel) -> dict[str, float]:

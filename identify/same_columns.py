@@ -17,6 +17,7 @@ from identify.fitted import Fitted
 from identify.regression import regressors
 from identify.slot import Slot
 from identify.structure import Structure
+from identify.written import plus_minus
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -108,7 +109,7 @@ def merged_words(same: Same, told: Mapping[int, Estimated]) -> str:
         (*terms, 1.0 / same.shares[0]) if terms[0] != "1" else (*terms[::-1], same.shares[0])
     )
     times = f"{ratio:.4g}" if second == "1" else f"{ratio:.4g} {second}"
-    value = f"{both.value:.4g} ± {both.stderr:.2g}{'' if both.unit == '1' else f' {both.unit}'}"
+    value = plus_minus(both.value, both.stderr) + ("" if both.unit == "1" else f" {both.unit}")
     return (
         f"{gone} is merged into {into}: on these data {first} = {times}, and only the sum of both is known, "
         f"{into} = {value}."

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from identify.physical import Physical
 from validate.report.svg import Axes, Series, limits_of, path, stack, tick_text, ticks
 from validate.report.thinning import even, extremes
 from validate.report.words import number, plus_minus
@@ -50,6 +51,11 @@ def test_even_rows_include_both_ends():
 )
 def test_a_value_is_written_as_far_as_its_error_lets_it_count(value, error, expected):
     assert plus_minus(value, error) == expected
+
+
+def test_a_physical_value_has_no_digit_that_its_error_does_not_let_count():
+    assert str(Physical("T", 5.12345, 0.0412, "s")) == "T = 5.12 ± 0.04 s"
+    assert str(Physical("N_v'", -0.013742, 0.0012, "1")) == "N_v' = −0.0137 ± 0.0012"
 
 
 def test_a_number_that_rounds_up_has_no_digit_too_many():
