@@ -25,8 +25,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 #: A size, and what samples (m, 2, K) of every stretch show, in their units, of one standard deviation over that size.
 Part = tuple[float, Sequence[FloatArray]]
 
-#: Eigenvalues smaller than this change nothing.
-LEAST = 1e-2
+#: Eigenvalues smaller than this change nothing, and what moves them by less than the other need not be looked at.
+LEAST, SLIGHT = 1e-2, 1e-3
 
 
 @dataclass(frozen=True)
@@ -137,8 +137,15 @@ def weighted(problem: Problem, answers: Sequence[FloatArray], window: Window) ->
 
 def eigen(answers: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (k,) of the answers' covariance, and its eigenvectors (m, 2, k) in the samples' rows."""
-    flat = answers.reshape(2 * len(answers), answers.shape[2])
+    flat = _shown(answers.reshape(2 * len(answers), answers.shape[2]))
     power, turn = np.linalg.eigh(flat.T @ flat)
     large = power > LEAST
     vectors = flat @ turn[:, large] / np.sqrt(power[large])
     return power[large], vectors.reshape(*answers.shape[:2], -1)
+
+
+def _shown(columns: FloatArray) -> FloatArray:
+    """Columns (2m, K) without the smallest, which all together move no eigenvalue by what counts."""
+    size = np.einsum("mk,mk->k", columns, columns)
+    order = np.argsort(size)
+    return columns[:, np.sort(order[np.cumsum(size[order]) > SLIGHT])]
