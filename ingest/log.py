@@ -103,6 +103,8 @@ class Log:
         Units where the format states them.
     utc_ns : int, optional
         Integer nanoseconds UTC of the log's first record, where the log knows UTC.
+    of_day_ns : int, optional
+        Time of day, UTC, of the log's first record in nanoseconds, where the log knows that and no date.
     findings : tuple of Finding
         Everything noticed while reading.
     messages, bytes_read, bytes_damaged : int
@@ -119,6 +121,7 @@ class Log:
     tables: Mapping[str, pd.DataFrame]
     units: Mapping[tuple[str, str], str] = field(default_factory=dict)
     utc_ns: int | None = None
+    of_day_ns: int | None = None
     findings: tuple[Finding, ...] = ()
     messages: int = 0
     bytes_read: int = 0

@@ -26,6 +26,10 @@ RECORDED = (".db3", ".mcap")
 POSSIBLE = 0.01
 
 
+#: Nanoseconds of a day.
+DAY_NS = 86_400 * 10**9
+
+
 def read_log(
     path: str | os.PathLike[str],
     *,
@@ -161,13 +165,14 @@ def as_log(path: Path, contents: Contents, reader: Reader, decoded: Decoded) -> 
     tables, findings = ordered(decoded.tables)
     origin = min((int(t.index[0]) for t in tables.values()), default=0)
     tables = {topic: moved(table, origin) for topic, table in tables.items()}
-    utc = decoded.utc_of_index_zero_ns
+    utc, of_day = decoded.utc_of_index_zero_ns, decoded.of_day_of_index_zero_ns
     return Log(
         path=path,
         format=reader.name,
         tables=tables,
         units={name: unit for name, unit in decoded.units.items() if name[0] in tables},
         utc_ns=None if utc is None else int(utc) + origin,
+        of_day_ns=None if of_day is None else (int(of_day) + origin) % DAY_NS,
         findings=(
             *contents.findings,
             *contents.placed(decoded.findings),

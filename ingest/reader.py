@@ -38,7 +38,8 @@ class Decoded:
     """What a reader gives: columns, and what it noticed; ``ingest.read_log`` makes a ``Log`` of it.
 
     ``tables`` may have an index on any origin (nanoseconds, int64): ``read_log`` moves it to the first record.
-    ``utc_of_index_zero_ns`` is the UTC time at index value 0, where known (0 where the index is UTC itself).
+    ``utc_of_index_zero_ns`` is the UTC time at index value 0, where known (0 where the index is UTC itself);
+    ``of_day_of_index_zero_ns`` the time of day there, where that is all that is known of it.
     """
 
     tables: Mapping[str, pd.DataFrame]
@@ -49,6 +50,7 @@ class Decoded:
     bytes_damaged: int = 0
     sources: tuple[Source, ...] = ()
     unsure: Mapping[str, float] = field(default_factory=dict)
+    of_day_of_index_zero_ns: int | None = None
 
 
 @dataclass(frozen=True)

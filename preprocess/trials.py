@@ -23,6 +23,7 @@ from preprocess.raw import Raw, read_raw
 from preprocess.resolve import chosen, of_one_receiver, require, source_of
 from preprocess.rounding import resolution
 from preprocess.run_of_log import LoggedRun
+from preprocess.same_day import said_of_day
 from preprocess.trial import Step, Trial
 from preprocess.vessel import Input, Sensor, Smoothing, Vessel
 
@@ -234,6 +235,7 @@ def make_trial(
             *doubts(made.measurements, made.inputs, inputs, made.states),
             *contradiction(g.run.manoeuvre, made.manoeuvre),
             *(words for raw in g.inputs.values() for words in raw.remarks),
+            *said_of_day(g.run),
             *made.findings,
         ),
         history=(*g.history, *made.history),

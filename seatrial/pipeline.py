@@ -14,6 +14,7 @@ from ingest.errors import UsageError
 from ingest.log import Log
 from preprocess.cores import on_cores
 from preprocess.run_of_log import LoggedRun
+from preprocess.same_day import on_one_day
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.blas import one_blas_thread
@@ -242,18 +243,20 @@ def runs_of(campaign: Campaign, logs: Sequence[Log]) -> list[LoggedRun]:
         A slice lies wholly outside its log.
     """
     check_slices(campaign, logs)
-    return [
-        LoggedRun(
-            name=entry.path,
-            log=log,
-            role=entry.role,
-            manoeuvre=entry.manoeuvre,
-            start=entry.start,
-            slice=entry.slice,
-            depth=entry.depth,
-        )
-        for entry, log in zip(campaign.logs, logs, strict=True)
-    ]
+    return on_one_day(
+        [
+            LoggedRun(
+                name=entry.path,
+                log=log,
+                role=entry.role,
+                manoeuvre=entry.manoeuvre,
+                start=entry.start,
+                slice=entry.slice,
+                depth=entry.depth,
+            )
+            for entry, log in zip(campaign.logs, logs, strict=True)
+        ]
+    )
 
 
 def write(results: Results, folder: Path, progress: Progress = silent) -> None:

@@ -46,6 +46,8 @@ class Timeline:
     unsure : (n,) float, optional
         By how many seconds the records of a device without a clock may be early or late, all together; None where
         a host wrote the time.
+    of_day_of_zero : int, optional
+        Time of day where ``ns`` is 0, where that is known and no date is.
     """
 
     ns: Integers
@@ -53,6 +55,7 @@ class Timeline:
     stated: Integers
     findings: tuple[Finding, ...] = ()
     unsure: Floats | None = None
+    of_day_of_zero: int | None = None
 
 
 def timeline(
@@ -71,8 +74,9 @@ def timeline(
         it.
     """
     stated, dated = stated_times(count, sentences, messages)
+    of_day = not dated and any((rows.of_day >= 0).any() for rows in sentences.values())
     if host is not None:
-        return _by_host(host, stated, dated)
+        return _by_host(host, stated, dated, of_day)
     if not (stated != UNKNOWN).any():
         raise ValueError("no record states a time, and the host wrote none")
     known = np.flatnonzero(stated != UNKNOWN)
@@ -82,10 +86,10 @@ def timeline(
     kinds, device = _kinds(count, sentences, messages)
     own = np.isin(device, device[known])
     ns, unsure = spread(continuous, kinds, own)
-    return Timeline(ns, 0 if dated else None, stated, tuple(findings), unsure)
+    return Timeline(ns, 0 if dated else None, stated, tuple(findings), unsure, 0 if of_day else None)
 
 
-def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
+def _by_host(host: Stamps, stated: Integers, dated: bool, of_day: bool) -> Timeline:
     place = np.flatnonzero(host.good)
     ns, findings = continue_clock(host.ns[place])
     every = np.interp(np.arange(len(host.ns)), place, ns - ns[0]).round().astype(np.int64) + ns[0]
@@ -93,8 +97,9 @@ def _by_host(host: Stamps, stated: Integers, dated: bool) -> Timeline:
     if host.utc:
         return Timeline(every, 0, stated, (*host.findings, *findings))
     known = np.flatnonzero(stated != UNKNOWN)
-    utc = int(np.median(stated[known] - every[known])) if dated and len(known) else None
-    return Timeline(every, utc, stated, (*host.findings, *findings))
+    zero = int(np.median(stated[known] - every[known])) if (dated or of_day) and len(known) else None
+    utc, since_midnight = (zero, None) if dated else (None, zero)
+    return Timeline(every, utc, stated, (*host.findings, *findings), of_day_of_zero=since_midnight)
 
 
 def _kinds(

@@ -62,6 +62,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
         bytes_damaged=stream.bytes_damaged,
         sources=sources_of(stream.tables),
         unsure=stream.unsure,
+        of_day_of_index_zero_ns=stream.of_day_of_zero,
     )
 
 

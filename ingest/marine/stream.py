@@ -38,6 +38,8 @@ class Stream:
     messages, bytes_damaged : int
     unsure : mapping of str to float
         By how many seconds all rows of a topic may be early or late together, where only their order tells when.
+    of_day_of_zero : int, optional
+        Time of day at index 0, where that is known and no date is.
     remainder : int
         Where an unfinished record at the end may begin; a live port keeps the bytes from there on.
     """
@@ -50,6 +52,7 @@ class Stream:
     bytes_damaged: int = 0
     remainder: int = 0
     unsure: dict[str, float] = field(default_factory=dict)
+    of_day_of_zero: int | None = None
 
 
 def decode_stream(
@@ -100,6 +103,7 @@ def decode_stream(
         bytes_damaged=bad,
         remainder=_remainder(array, records),
         unsure=_unsure(line, {topic: record for topic, (_, record) in decoded.items() if topic in tables}),
+        of_day_of_zero=line.of_day_of_zero,
     )
 
 
