@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,14 +12,23 @@ import validate.loop
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
+from identify.held_inputs import prepare_best
+from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
+from preprocess.trials import make_trials
+from seatrial import load_campaign
+from seatrial.pipeline import read_logs, runs_of
+from validate import nearer
 from validate.candidates import wirings
-from validate.loop import _otherwise, _otherwise_wired, search
+from validate.loop import _otherwise, _otherwise_wired, _wiring, search
 from validate.nearer import clearly_nearer
 from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.rounds import ALL
 from validate.wiring import Wiring, better_wiring
+
+BLUEBOAT = Path(__file__).resolve().parents[2] / "shared" / "data" / "blueboat" / "campaign.toml"
+measured = pytest.mark.skipif(not BLUEBOAT.exists(), reason="the measured logs are not here")
 
 
 def test_a_wiring_is_not_taken_where_the_declared_one_is_likelier(monkeypatch):
@@ -111,3 +121,39 @@ def test_no_wiring_is_tried_for_what_none_would_mend():
     )
     assert found.fitted.is_off
     assert other is found
+
+
+def test_windows_in_which_nothing_fits_say_no_more_for_being_long(monkeypatch):
+    """A fit is held against another in windows as long as those in which that one does not run away."""
+
+    def fit(length, chi2, far=True):
+        problem = SimpleNamespace(length=length, stretches="logs")
+        solution = SimpleNamespace(structure="model", p="values")
+        return SimpleNamespace(problem=problem, chi2_per_dof=chi2, is_far=far, solution=solution)
+
+    shorter = SimpleNamespace(weighted_as=lambda _: "shorter")
+    asked = []
+    monkeypatch.setattr(nearer, "cut", lambda logs, length: asked.append(length) or shorter)
+    monkeypatch.setattr(nearer, "fit_states", lambda *_: "states")
+    monkeypatch.setattr(nearer, "calibrated", lambda problem, _: problem)
+    monkeypatch.setattr(nearer, "under", lambda problem, *_: fit(15.0, 8000.0))
+    assert not nearer.nearer_in_windows_alike(fit(30.0, 18000.0), fit(15.0, 5500.0))
+    assert nearer.nearer_in_windows_alike(fit(30.0, 18000.0), fit(15.0, 18000.0))
+    assert asked == [15.0, 15.0]
+    assert nearer.nearer_in_windows_alike(fit(30.0, 2.0, far=False), fit(15.0, 100.0))
+    assert not nearer.nearer_in_windows_alike(fit(15.0, 8000.0), fit(30.0, 9000.0))
+    assert asked == [15.0, 15.0]
+
+
+@pytest.mark.slow
+@measured
+def test_a_boat_that_turned_against_its_declared_thrusters_has_them_swapped():
+    """Of the time in which they were clearly told to turn it, it turned as declared in three per cent."""
+    campaign = load_campaign(BLUEBOAT)
+    trials = make_trials(
+        runs_of(campaign, read_logs(campaign)), campaign.vessel, campaign.inputs, {}, by_response=False
+    )
+    prepared = prepare_best(trials, campaign.model)
+    wiring = _wiring(prepared, fit_declared(prepared))
+    assert wiring is not None
+    assert wiring.active.label == "input_wiring (swapped left and right)"

@@ -19,7 +19,7 @@ from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.judgement import INDISTINCT
-from validate.nearer import HALF, as_near, came_there, clearly_nearer, worth_another
+from validate.nearer import HALF, as_near, came_there, clearly_nearer, nearer_in_windows_alike, worth_another
 from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pairs import two_for_one
@@ -79,7 +79,7 @@ def search(
         return found
     pace("the inputs as they were declared")
     other = _searched(prepared, declared, None, pace, within)
-    return other if clearly_nearer(other.fitted, found.fitted) else found
+    return other if nearer_in_windows_alike(other.fitted, found.fitted) else found
 
 
 @dataclass(frozen=True)
@@ -289,7 +289,7 @@ def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
         here, there = (under(bare, f, 20).solution.total for f in (declared, other))
         return wiring if there < here + INDISTINCT else None
     if declared.chi2_per_dof > FAR:  # where nothing fits, the accelerations have spoken
-        return None if clearly_nearer(declared, other) else wiring
+        return None if nearer_in_windows_alike(declared, other) else wiring
     if other.problem.length != declared.problem.length:
         return wiring if other.problem.length > declared.problem.length else None
     return wiring if other.chi2_per_dof < declared.chi2_per_dof else None

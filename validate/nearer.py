@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.base_fit import CLEARLY
+from identify.base_fit import CLEARLY, fit_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import free_running_errors
+from identify.noise import calibrated
+from identify.windows import cut
+from validate.refits import under
 
 #: A fit in longer windows than another that leaves so many times as much is no nearer for their length.
 ASTRAY = 100.0
 #: A fit is clearly nearer that leaves less than this share of the errors.
 HALF = 0.5
+#: Steps of a fit that is gone on with in shorter windows.
+BUDGET = 40
 #: Free runs whose errors are a smaller share of the motion, noise and all, leave nothing that matters.
 MATERIAL = 0.1
 
@@ -25,6 +30,19 @@ def clearly_nearer(one: Fitted, other: Fitted, share: float = HALF) -> bool:
         near = one.chi2_per_dof < ASTRAY * other.chi2_per_dof
         return one.problem.length > other.problem.length and near
     return one.chi2_per_dof < share * other.chi2_per_dof
+
+
+def nearer_in_windows_alike(one: Fitted, other: Fitted) -> bool:
+    """Whether a fit is clearly nearer than another that has windows no longer, in windows of the same length.
+
+    Where nothing fits, windows in which a fit does not run away say little of it.
+    """
+    if one.problem.length > other.problem.length and one.is_far:
+        problem = cut(one.problem.stretches, other.problem.length).weighted_as(one.problem)
+        one = under(
+            calibrated(problem, fit_states(problem, one.solution.structure, one.solution.p)), one, BUDGET
+        )
+    return clearly_nearer(one, other)
 
 
 def worth_another(found: Fitted) -> bool:
