@@ -38,6 +38,19 @@ def test_it_begins_in_each_valley_and_the_best_is_taken(offset, monkeypatch):
     assert all(np.array_equal(a, b) for a, b in zip(begun, valleys[:VALLEYS], strict=False))
 
 
+@pytest.mark.parametrize(("far", "count"), [(False, 2), (True, 1)])
+def test_near_the_noise_a_valley_is_begun_in_that_the_accelerations_do_not_want(
+    offset, monkeypatch, far, count
+):
+    """What a slow rudder does is small in noisy accelerations, and another model may follow them better."""
+    begun, p = [], offset.solution.p
+    monkeypatch.setattr(module, "FAR", 0.0 if far else 1e9)
+    monkeypatch.setattr(module, "wanted_values", lambda *_: [(0.1, p + 0.1), (-0.1, p - 0.1)])
+    monkeypatch.setattr(module, "_begun_roughly", lambda fitted, p: begun.append(p) or fitted)
+    anew(offset, rounds=0)
+    assert len(begun) == count
+
+
 def runs_away(*_):
     raise NotIdentifiable("it runs away")
 

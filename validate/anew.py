@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.base_fit import short_windows, tried
-from identify.fitted import Fitted
+from identify.fitted import FAR, Fitted
 from identify.rough_fit import roughly
 from identify.structure import effects_alone
 from validate.refits import begun_at
@@ -22,11 +22,12 @@ VALLEYS = 3
 def anew(fitted: Fitted, rounds: int = 2) -> Fitted:
     """The better of a fit and of others begun roughly with its effects' values, under the same weights.
 
-    The last effect's are those that the accelerations want, too, in each of their valleys.
+    The last effect's are those that the accelerations want, too, in each of their valleys: near the noise in those that
+    they do not want besides, for in noisy ones a valley is all that shows.
     """
     structure, best = fitted.solution.structure, begun_all_over(begun_between_sizes(fitted))
     found = wanted_values(structure, fitted.problem.stretches, best.solution.p)
-    wanted = [p for gain, p in found[:VALLEYS] if gain > WORTH]
+    wanted = [p for gain, p in found[:VALLEYS] if gain > WORTH or best.chi2_per_dof < FAR]
     best = min([best, *(_begun_roughly(fitted, p) for p in wanted)], key=lambda f: total(f.solution))
     for _ in range(rounds):
         other = _begun_roughly(fitted, best.solution.p)
