@@ -133,14 +133,12 @@ def change(c: dict, case: Case) -> str:
     """Cross-validated errors before and after."""
     out = []
     for k, (_, unit, scale) in CHANNELS.items():
-        b, a = (tame(c[f"rmse_{w}"].get(k), scale, RUNAWAY * case.spread(k)) for w in ("before", "after"))
-        if b and a:
+        if k in c["rmse_before"]:
+            b, a = (tame(c[f"rmse_{w}"][k], scale, RUNAWAY * case.spread(k)) for w in ("before", "after"))
             out.append(f"{b} → {a} {unit}" if a != b or a != LOST else LOST)
     return LOST if out and set(out) == {LOST} else "; ".join(out)
 
 
 def tame(value: float | None, scale: float, most: float) -> str:
-    """An error; in words where the prediction ran away."""
-    if value is None:
-        return ""
-    return words.number(value * scale) if value < most else LOST
+    """An error; in words where the prediction ran away, of which the report has no number."""
+    return words.number(value * scale) if value is not None and value < most else LOST
