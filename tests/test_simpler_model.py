@@ -116,7 +116,7 @@ def test_a_simpler_model_stands_with_the_effect_for_which_it_was_taken_or_with_w
         effects = (Named(fitted=Named(name=found)),) if found else ()
         return Named(
             before=fit, after=fit, validation_before=None, validation_after=None, predictions={},
-            diagnosis=Named(effects=effects, verdict=verdict), actuators={}, equations=(), papers=(),
+            diagnosis=Named(effects=effects, verdict=verdict), actuators={}, equations=(), papers=(), carried={},
         )  # fmt: skip
 
     monkeypatch.setattr("validate.analysis.analyse", analyse)
