@@ -115,6 +115,37 @@ def test_where_nothing_but_another_wiring_brings_a_model_to_the_noise_no_other_c
     assert outcome.wiring is wired[0]
 
 
+@pytest.mark.parametrize(
+    ("off", "effects", "taken"),
+    [(True, 3, True), (False, 1, True), (False, 2, True), (False, 3, False)],
+)
+def test_many_effects_at_the_noise_give_way_to_a_wiring_with_fewer(monkeypatch, off, effects, taken):
+    """A propeller's walk to port and another's to starboard reverse the moment of two thrusters that are swapped."""
+
+    def ended(effects, off):
+        fitted = SimpleNamespace(is_off=off, chi2_per_dof=1.0, problem=SimpleNamespace(length=30.0))
+        return SimpleNamespace(fitted=fitted, standing=("effect",) * effects)
+
+    swapped = SimpleNamespace(
+        wiring=SimpleNamespace(active=SimpleNamespace(label="swapped")), chi2=2.0, declared=9.0
+    )
+    found, other = ended(3, off), ended(effects, False)
+    monkeypatch.setattr(validate.loop, "_searched", lambda *_: other)
+    assert _otherwise_wired(None, found, swapped, Pace(), ALL) is (other if taken else found)
+
+
+@pytest.mark.parametrize(("effects", "asked"), [(2, False), (3, True)])
+def test_a_wiring_is_asked_for_where_many_effects_came_to_the_noise(monkeypatch, effects, asked):
+    fitted = SimpleNamespace(is_off=False, chi2_per_dof=1.0)
+    found = SimpleNamespace(fitted=fitted, standing=("effect",) * effects)
+    for name in ("_searched", "_begun_otherwise", "_begun_shorter"):
+        monkeypatch.setattr(validate.loop, name, lambda *_: found)
+    monkeypatch.setattr(validate.loop, "_wiring", lambda *_: None)
+    monkeypatch.setattr(validate.loop, "_otherwise", lambda _: None)
+    monkeypatch.setattr(validate.loop, "_otherwise_wired", lambda *_: "asked")
+    assert (search(None, None, Pace()) == "asked") is asked
+
+
 def test_no_wiring_is_tried_for_what_none_would_mend():
     found, other = _looked_at_again(
         Effect("thruster_cutouts", {"depth": 0.6, "every": 15.0, "lasting": 5.0}, "n_port")

@@ -69,7 +69,7 @@ def search(
             found = _searched(prepared, declared, None, pace, within)
             found = _begun_otherwise(prepared, declared, found, pace, within)
             found = _begun_shorter(prepared, found, pace, within)
-            if not found.fitted.is_off:
+            if not found.fitted.is_off and len(found.standing) < MANY:
                 return found
             otherwise = otherwise if far else _otherwise(prepared)
             return _otherwise_wired(prepared, found, otherwise, pace, within)
@@ -111,13 +111,17 @@ def _otherwise(prepared: Prepared) -> _Otherwise | None:
 def _otherwise_wired(
     prepared: Prepared, found: Outcome, otherwise: _Otherwise | None, pace: Pace, within: Within
 ) -> Outcome:
-    """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was."""
+    """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was.
+
+    Where many effects came to the noise, they may make up for it: fewer that come there with it are believed.
+    """
     if otherwise is None or not otherwise.chi2 < min(FAR, HALF * otherwise.declared):
         return found
     pace(f"taken: {otherwise.wiring.active.label}")
     other = _searched(prepared, None, otherwise.wiring, pace, within)
     near = other.fitted.chi2_per_dof < FAR and clearly_nearer(other.fitted, found.fitted)
-    return other if near or not other.fitted.is_off else found
+    there = not other.fitted.is_off and (found.fitted.is_off or len(other.standing) < len(found.standing))
+    return other if near or there else found
 
 
 def _begun_otherwise(
