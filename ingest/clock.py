@@ -234,7 +234,14 @@ def duplicates(topic: str, table: pd.DataFrame) -> list[Finding]:
         equal = (now == before) | ((now != now) & (before != before))
         same = same[np.asarray(equal, dtype=bool)]
     return (
-        [Finding("duplicate", f"{len(same)} records were logged twice", topic=topic, count=len(same))]
+        [
+            Finding(
+                "duplicate",
+                f"{len(same)} {'record was' if len(same) == 1 else 'records were'} logged twice",
+                topic=topic,
+                count=len(same),
+            )
+        ]
         if len(same)
         else []
     )

@@ -76,6 +76,8 @@ def test_gaps_and_duplicates():
     assert not gaps("A", table([0, 1, 5, 30, 31, 90] * 5, a=[0.0] * 30).sort_index())
     double = pd.concat([frame, frame.iloc[[3, 4]]]).sort_index(kind="stable")
     assert duplicates("A", double)[0].count == 2
+    once = pd.concat([frame, frame.iloc[[3]]]).sort_index(kind="stable")
+    assert duplicates("A", once)[0].message == "1 record was logged twice"
     assert {f.kind for f in timing_findings({"A": double})} == {"gap", "duplicate"}
 
 
