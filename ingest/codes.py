@@ -22,6 +22,8 @@ CODES = (
     -(2.0**31),
     2.0**32 - 1,
 )
+#: Nothing that is measured is larger, in any unit: the largest number of 32 bits is written for none, too.
+LARGEST = 1e30
 #: They lie off the range of the rest by so many times its size.
 CODE_OFF = 3.0
 #: Numbers without which nothing is known of the rest.

@@ -10,11 +10,9 @@ from collections import Counter
 
 import numpy as np
 
-from ingest.codes import FEWEST, codes, off
+from ingest.codes import FEWEST, LARGEST, codes, off
 from preprocess.trial import BoolArray, FloatArray
 
-#: Nothing that is measured is larger: the largest number of 32 bits is written for none, too.
-LARGEST = 1e30
 #: How far what is beyond a calibration and a lone sample lie off, as multiples of its size and of that of the rest.
 CALIBRATION_OFF, LONE_OFF = 3.0, 10.0
 #: What lasts is the running median of so many samples: one or two in a row are none of it.

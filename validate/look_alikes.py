@@ -150,11 +150,12 @@ def standing(fitted: Fitted, index: int, beside: Sequence[Screened] = ()) -> Sta
     among = {s.name for s in fitted.problem.stretches}
     rivals = [a for a in candidates(structure.without(index)) if is_rival(active, a, among)]
     twins = on_twins(fitted, index, rivals)
+    alike = {s.active.label for s in twins}
     known = {s.active.label: s for s in (*beside, *twins) if is_rival(active, s.active, among)}
     overlapping = [s for s in _overlapping(fitted, index, rivals, gain) if s.active.label not in known]
     close = [*overlapping, *known.values()]
     tried = side_by_side(
-        lambda a: _as_good(fitted, index, a, close_to(gain) if a in twins else 0.0),
+        lambda a: _as_good(fitted, index, a, close_to(gain) if a.active.label in alike else 0.0),
         close,
         shared=[*in_common(fitted), *(a.active for a in close)],
     )
@@ -257,7 +258,7 @@ def _as_good(fitted: Fitted, index: int, rival: Screened, alike: float = 0.0) ->
 
 
 def close_to(gain: float) -> float:
-    """What an effect of such a gain may lose to first order, and be worth a refit."""
+    """What a rival of an effect with such a gain may lose, to first order or when judged, and be worth a refit."""
     return CLOSE + SHARE * gain
 
 

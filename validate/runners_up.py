@@ -13,10 +13,8 @@ import numpy as np
 from identify.fitted import Fitted
 from validate.candidates import Screened
 from validate.judgement import Judged
+from validate.look_alikes import close_to
 from validate.rounds import Turn
-
-#: What came within so much of what was taken in -2 log likelihood, and this share of its gain, came near.
-NEAR_IT, SHARE = 40.0, 0.02
 
 
 def runners_up(turns: Sequence[Turn], fitted: Fitted, index: int) -> list[Screened]:
@@ -30,7 +28,7 @@ def runners_up(turns: Sequence[Turn], fitted: Fitted, index: int) -> list[Screen
         for turn in turns
         if turn.taken and turn.taken.label == label and not turn.base.is_far
         for other in turn.judged
-        if other.label != label and other.gain > (1.0 - SHARE) * turn.taken.gain - NEAR_IT
+        if other.label != label and turn.taken.gain - other.gain < close_to(turn.taken.gain)
     ]
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from ingest.codes import LARGEST
 from ingest.log import Finding
-
-#: Nothing that is measured is larger, in any unit; some code of a logger is.
-LARGEST = 1e30
 
 
 def without_beyond(table: pd.DataFrame, topic: str) -> tuple[pd.DataFrame, list[Finding]]:
