@@ -2,7 +2,8 @@
 
 A satellite receiver's errors drift beside their white part (first-order Gauss-Markov). The smoother has told the drift
 from the motion (``preprocess.wander``), whatever model there is; that of a compass the gyro tells
-(``preprocess.compass``).
+(``preprocess.compass``). Against the motion of an agile vessel a small one shows only in the errors of a fit that is
+near the noise (``identify.wander``).
 """
 
 from __future__ import annotations
@@ -21,11 +22,15 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 @dataclass(frozen=True)
 class Drift:
-    """Standard deviation of a drift, m along each axis or rad, its time constant, s, and the kind that drifts."""
+    """Standard deviation of a drift, m along each axis or rad, its time constant, s, and the kind that drifts.
+
+    ``shown``: by the errors of a fit, not told from the motion before there was one.
+    """
 
     size: float
     time: float
     kind: int = POSITION
+    shown: bool = False
 
     def process(self, since: FloatArray, kind: IntArray) -> Process:
         """Its states (north and east, or the angle) at samples (m,) of these kinds, ``since`` the one before, s."""

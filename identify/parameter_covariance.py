@@ -60,17 +60,9 @@ def _inverse(matrices: FloatArray) -> FloatArray:
 def _of_noise(fitted: Fitted) -> FloatArray:
     """What the errors' size and their slow part make of the covariance (np, np)."""
     problem, solution = fitted.problem, fitted.solution
-    known = state_precision(solution.structure)
-    plain = np.nan_to_num(_matrices(problem, solution))
-    prior = np.diag(1.0 / fitted.prior.sd**2)
-    states = _inverse(plain[:, :NX, :NX] + np.diag(known))
-    slope = states @ plain[:, :NX, NX:]
-    own = np.broadcast_to(np.eye(len(prior)), (len(slope), len(prior), len(prior)))
-    through = np.concatenate([-slope, own], axis=1)
-    information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
-    information = _of_prior_alone(information, prior)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
+    known, prior = state_precision(solution.structure), np.diag(1.0 / fitted.prior.sd**2)
+    reduction = reduction_of(fitted)
+    through, inverse = reduction.through, reduction.inverse
     shared = shared_by_windows(problem, solution, through)
     if fitted.disturbed is not None:
         white = replace(problem, inflation=problem.inflation**2 / fitted.disturbed.left)
@@ -79,12 +71,28 @@ def _of_noise(fitted: Fitted) -> FloatArray:
         spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
         spread = spread if shared is None else spread + shared
         return np.asarray(inverse @ spread @ inverse, dtype=float)
-    moved = moved_by_wander(problem, solution, Reduction(states, through, inverse))
+    moved = moved_by_wander(problem, solution, reduction)
     varied = _matrices(_counted(problem, drifts=moved is not None), solution)
     varied[:, range(NX), range(NX)] += known
     spread = (np.swapaxes(through, 1, 2) @ varied @ through).sum(axis=0) + prior
     spread = spread if shared is None else spread + shared
     return np.asarray(inverse @ spread @ inverse + (0.0 if moved is None else moved), dtype=float)
+
+
+def reduction_of(fitted: Fitted) -> Reduction:
+    """How first states and parameters of a fit answer to errors, by its own weights."""
+    problem, solution = fitted.problem, fitted.solution
+    plain = np.nan_to_num(_matrices(problem, solution))
+    prior = np.diag(1.0 / fitted.prior.sd**2)
+    states = _inverse(plain[:, :NX, :NX] + np.diag(state_precision(solution.structure)))
+    slope = states @ plain[:, :NX, NX:]
+    own = np.broadcast_to(np.eye(len(prior)), (len(slope), len(prior), len(prior)))
+    through = np.concatenate([-slope, own], axis=1)
+    information = (plain[:, NX:, NX:] - np.swapaxes(plain[:, :NX, NX:], 1, 2) @ slope).sum(axis=0) + prior
+    information = _of_prior_alone(information, prior)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.pinv(information * scale * scale[:, None], rcond=1e-12) * scale * scale[:, None]
+    return Reduction(states, through, inverse)
 
 
 def _matrices(problem: Problem, solution: Solution) -> FloatArray:

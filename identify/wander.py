@@ -9,14 +9,17 @@ size and time constant counted by its likelihood.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from identify import kernel
+from identify.drift import Drift
 from identify.kernel import NX
 from identify.output_error import Solution
+from identify.stretch import Stretch
 from identify.windows import Problem, Window, moments, tangents_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -24,6 +27,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Shortest block, s, and about how many there are (one for each window at least); so many tell size and time constant.
 SHORTEST, MOST, TELLING = 1.0, 100, 250
+#: Fewer blocks than this tell nothing.
+FEWEST = 12
 #: Time constants that are tried, s, and sizes, in units of the spread of the averages.
 TIMES = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 SIZES = np.geomspace(0.05, 20.0, 25)
@@ -71,9 +76,56 @@ class Reduction:
 
 def moved_by_wander(problem: Problem, solution: Solution, reduction: Reduction) -> FloatArray | None:
     """Covariance (np, np) of what a drift of the position moves parameters by; None where it is known or shows not."""
+    seen = _seen(problem, solution, reduction)
+    if seen is None:
+        return None
+    odds = np.exp(seen.chance - seen.chance.max())
+    variance = (odds * seen.sizes**2).sum(axis=1) / odds.sum()
+    flat = seen.through.reshape(-1, seen.through.shape[-1])
+    moved = sum(v * (flat.T @ shape @ flat) for v, shape in zip(variance, seen.shapes, strict=True))
+    return np.asarray(reduction.inverse @ moved @ reduction.inverse, dtype=float)
+
+
+def likeliest_wander(problem: Problem, solution: Solution, reduction: Reduction) -> Drift | None:
+    """The drift of the position that a fit's errors are likeliest with; None where it is known or shows not."""
+    seen = _seen(problem, solution, reduction)
+    if seen is None:
+        return None
+    time, size = np.unravel_index(int(np.argmax(seen.chance)), seen.chance.shape)
+    return Drift(float(seen.sizes[size]), float(TIMES[time]), shown=True)
+
+
+def wander_shown(problem: Problem) -> Drift | None:
+    """The drift of the position that the errors of a fit showed; None where none is known, or it was told otherwise."""
+    return next((d for s in problem.stretches for d in s.drifts if d.shown), None)
+
+
+def in_wander(stretches: Sequence[Stretch], drift: Drift | None) -> tuple[Stretch, ...]:
+    """Stretches with a drift that errors showed in place of any that others did, or with none."""
+    new = () if drift is None else (drift,)
+    return tuple(replace(s, drifts=(*(d for d in s.drifts if not d.shown), *new)) for s in stretches)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """How likely drifts of the position are, by their errors' averages over blocks.
+
+    ``chance`` (t, k) log likelihood over that of none, by time constant and size; ``sizes`` (k,), m; ``shapes`` (2 b,
+    2 b) the averages' covariance under a drift of a metre, by time constant; ``through`` (b, 2, np) what a metre in a
+    block moves the parameters' score by.
+    """
+
+    chance: FloatArray
+    sizes: FloatArray
+    shapes: tuple[FloatArray, ...]
+    through: FloatArray
+
+
+def _seen(problem: Problem, solution: Solution, reduction: Reduction) -> _Seen | None:
+    """What a fit's errors say of a drift of the position; None where it is known or shows not."""
     slow = float(problem.inflation[kernel.POSITION] * problem.dispersion[kernel.POSITION])
     blocks = None if problem.drifts or not slow > QUIET else _averaged(problem, solution)
-    if blocks is None or len(blocks.t) < 12:
+    if blocks is None or len(blocks.t) < FEWEST:
         return None
     through = np.einsum("bac,bcn->ban", blocks.slope, reduction.through[blocks.window])
     left = _left_by_fit(blocks.first(TELLING), reduction, through[:TELLING])
@@ -83,20 +135,14 @@ def moved_by_wander(problem: Problem, solution: Solution, reduction: Reduction) 
     together = np.equal.outer(blocks.stretch, blocks.stretch)
     apart = np.abs(np.subtract.outer(blocks.t, blocks.t))
     sizes = SIZES * float(np.std(blocks.mean))
-    chance, spread = [], []
-    for time in TIMES:
-        shape = np.kron(np.where(together, np.exp(-apart / time), 0.0), np.eye(2))
+    decays = [np.where(together, np.exp(-apart / time), 0.0) for time in TIMES]
+    shapes = tuple(np.asarray(np.kron(d, np.eye(2)), dtype=float) for d in decays)
+    chance = []
+    for shape in shapes:
         value, vector = np.linalg.eigh((left @ shape[:few, :few] @ left.T) / noise / noise[:, None])
         chance.append(_likelihood(np.maximum(value, 0.0), vector.T @ error, sizes))
-        flat = through.reshape(-1, through.shape[-1])
-        spread.append(flat.T @ shape @ flat)
     table = np.array(chance)
-    if table.max() < GAIN:
-        return None
-    odds = np.exp(table - table.max())
-    variance = (odds * sizes**2).sum(axis=1) / odds.sum()
-    moved = np.einsum("t,tij->ij", variance, np.array(spread))
-    return np.asarray(reduction.inverse @ moved @ reduction.inverse, dtype=float)
+    return _Seen(table, sizes, shapes, through) if table.max() >= GAIN else None
 
 
 def _likelihood(value: FloatArray, error: FloatArray, sizes: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from identification_samples import trials_of
 from scipy.signal import lfilter
 
 from identify.base_fit import window_length
+from identify.drift import Drift
 from identify.first_states import first_states
 from identify.fitted import Fitted
 from identify.kernel import POSITION
@@ -18,8 +19,10 @@ from identify.output_error import solve
 from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
-from identify.wander import Reduction, moved_by_wander
+from identify.wander import Reduction, in_wander, moved_by_wander, wander_shown
 from identify.windows import cut
+from validate.other_logs import on_other_logs
+from validate.wander import with_wander_anew, with_wander_known
 
 TIME = 15.0
 
@@ -92,3 +95,71 @@ def test_a_drift_shows():
     n, w = len(found.solution.p), len(found.problem.windows)
     free = Reduction(np.zeros((w, 8, 8)), np.zeros((w, 8 + n, n)), np.eye(n))
     assert moved_by_wander(found.problem, found.solution, free) is not None
+
+
+def noise(found):
+    """Standard deviation of the white part of the positions, m."""
+    samples = found.problem.stretches[0].samples
+    return np.median(samples.sigma[samples.kind == POSITION])
+
+
+def slow(found):
+    return found.problem.dispersed.inflation[POSITION]
+
+
+def test_what_white_noise_leaves_is_as_it_was():
+    assert with_wander_known(fitted()) is fitted()
+    assert with_wander_anew(fitted()) is fitted()
+
+
+def test_a_drift_that_shows_is_known_with_its_size_and_leaves_the_noise():
+    without = drifting(6.0, 4)
+    found = with_wander_known(without)
+    drift = wander_shown(found.problem)
+    told, true = drift.size / np.sqrt(drift.time), 6.0 * noise(fitted()) / np.sqrt(TIME)
+    assert 0.6 < told / true < 1.6
+    assert slow(without) > 5.0 > 1.4 > slow(found)
+    assert found.chi2_per_dof < 1.1
+
+
+def test_parameters_are_nearer_with_a_drift_that_is_known():
+    """Over draws: what the fit would follow of the drift it leaves alone."""
+    truth, k = fitted().solution.p, coefficients(fitted())
+    deviation = np.sqrt(np.diag(covariance_of(fitted())))[k]
+    off = [
+        [
+            np.sqrt(np.mean(((f.solution.p - truth)[k] / deviation) ** 2))
+            for f in (found, with_wander_known(found))
+        ]
+        for found in (drifting(6.0, seed) for seed in range(4))
+    ]
+    without, known = np.median(off, axis=0)
+    assert known < 0.9 * without
+
+
+def test_a_drift_is_told_anew_where_what_was_missing_was_part_of_it():
+    truth = with_wander_known(drifting(6.0, 4))
+    drift = wander_shown(truth.problem)
+    wrong = in_wander(truth.problem.stretches, replace(drift, size=8.0 * drift.size))
+    again = with_wander_anew(replace(truth, problem=replace(truth.problem, stretches=wrong)))
+    assert 0.6 < wander_shown(again.problem).size / drift.size < 1.7
+
+
+def test_a_drift_that_is_no_more_is_forgotten():
+    found = fitted()
+    known = replace(
+        found,
+        problem=replace(
+            found.problem, stretches=in_wander(found.problem.stretches, Drift(0.05, 20.0, shown=True))
+        ),
+    )
+    again = with_wander_anew(known)
+    assert wander_shown(again.problem) is None
+    assert again.chi2_per_dof < 1.1
+
+
+def test_other_logs_of_the_same_receiver_drift_as_well():
+    found = with_wander_known(drifting(6.0, 4))
+    bare = in_wander(found.problem.stretches[:1], None)
+    other = on_other_logs(found, bare)
+    assert wander_shown(other.problem) is not None

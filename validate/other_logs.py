@@ -20,6 +20,7 @@ from identify.regression import coefficient_scales, start_by_regression
 from identify.settled import settled
 from identify.stretch import Stretch
 from identify.taken_order import as_in
+from identify.wander import in_wander, wander_shown
 from identify.windows import Problem, cut
 from validate.search_ends import total
 
@@ -142,7 +143,7 @@ def _other_problem(fitted: Fitted, stretches: Sequence[Stretch]) -> Problem | No
 
 
 def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
-    """The stretch with the noise levels, and the waves, that were found on the others."""
+    """The stretch with the noise levels, the waves and the drift that were found on the others."""
     own = stretch.samples
     kind, sigma = (
         np.concatenate([getattr(s.samples, c) for s in problem.stretches]) for c in ("kind", "sigma")
@@ -151,4 +152,4 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
     noisy = stretch.weighted(own.sigma * factor[own.kind], factor)
-    return replace(noisy, swell=problem.swell)
+    return replace(in_wander([noisy], wander_shown(problem))[0], swell=problem.swell)

@@ -25,6 +25,7 @@ from validate.refits import under
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
 from validate.swing_scan import swings
+from validate.wander import with_wander_anew, with_wander_known
 
 #: Names of effects.
 Names = frozenset[str]
@@ -84,6 +85,7 @@ def rounds(
         Where nothing is left to take ``within`` what the search keeps to, and it is hopeless.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
+    fitted = fitted if fitted.is_off else with_wander_known(fitted)
     while fitted.chi2_per_dof > enough:
         if fitted.problem.swell not in (None, waves):
             waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
@@ -92,6 +94,10 @@ def rounds(
                 fitted = instead[1]
                 continue
         turn = _turn(fitted, pace, barred, again=repeats)
+        wandering = _wandering(turn)
+        if wandering:
+            fitted = wandering
+            continue
         if turn.taken is None and fitted.chi2_per_dof > within.hopeless:
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
@@ -147,6 +153,17 @@ def _turn(
     return Turn(base, tuple(screened), tuple(judged), plainest(worth))
 
 
+def _wandering(turn: Turn) -> Fitted | None:
+    """A fit that knows how its position drifts, where that alone explains what the round came to nothing with.
+
+    What was taken without may have followed the drift: it is looked at again.
+    """
+    if turn.taken is not None and not turn.taken.fitted.is_off:
+        return None
+    known = with_wander_known(turn.base)
+    return known if known is not turn.base else None
+
+
 def _in_waves(fitted: Fitted, turn: Turn) -> Fitted | None:
     """A fit that knows of waves, where they show and what swings by itself was taken without coming to the noise.
 
@@ -190,7 +207,7 @@ def _after(taken: Judged, waves: bool = True) -> Fitted:
         fitted = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     fitted = on_each_input(fitted)
     fitted = at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted
-    return with_waves_known(fitted) if waves else fitted
+    return with_wander_anew(with_waves_known(fitted) if waves else fitted)
 
 
 def _together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
