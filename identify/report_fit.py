@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.averaged import words_of
+from identify.drift import Drift
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.fitted import Fitted
@@ -18,6 +19,7 @@ from identify.same_columns import merged_into, merged_words, merging, same_colum
 from identify.slot import Slot
 from identify.structure import Structure
 from identify.term import unit_of
+from identify.wander import wander_shown
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -27,6 +29,8 @@ LARGEST_ERROR = 0.5
 UNTOLD = 1e3
 #: Of a value that is known by its inverse, half the interval of that is counted as at most this share of it.
 MOST_KNOWN = 0.9
+#: What a wander is told for, s: size and time constant of a slow one are hardly known apart, but what it does is.
+WITHIN = 30.0
 
 
 def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: str, seed: int) -> Fit:
@@ -51,6 +55,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
         *mean,
         *(merged_words(s, told) for s in same),
         *_lead_note(structure, p, covariance),
+        *wander_words(wander_shown(fitted.problem)),
     ]
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
@@ -192,6 +197,17 @@ def lead_words(lead: float, error: float, expected: float) -> list[str]:
             "that follows from how seldom the inputs are logged."
         ]
     return []
+
+
+def wander_words(drift: Drift | None) -> list[str]:
+    """How far positions wander that did so in the errors of the fit; nothing where they do not."""
+    if drift is None:
+        return []
+    far = drift.size * math.sqrt(2.0 - 2.0 * math.exp(-WITHIN / drift.time))
+    return [
+        f"The errors of the positions wander, by about {far:.2g} m in {WITHIN:.0f} s: the model's own predictions show it "
+        "where the motion alone did not. What else is missing is judged beside that."
+    ]
 
 
 def equations(fitted: Fitted) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from identify.output_error import solve
 from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
+from identify.report_fit import wander_words
 from identify.wander import Reduction, in_wander, moved_by_wander, wander_shown
 from identify.windows import cut
 from validate.other_logs import on_other_logs
@@ -163,3 +164,9 @@ def test_other_logs_of_the_same_receiver_drift_as_well():
     bare = in_wander(found.problem.stretches[:1], None)
     other = on_other_logs(found, bare)
     assert wander_shown(other.problem) is not None
+
+
+def test_the_report_says_how_far_positions_wander():
+    (said,) = wander_words(Drift(0.10, 20.0, shown=True))
+    assert "0.12 m in 30 s" in said
+    assert wander_words(None) == []
