@@ -205,8 +205,8 @@ def wander_words(drift: Drift | None) -> list[str]:
         return []
     far = drift.size * math.sqrt(2.0 - 2.0 * math.exp(-WITHIN / drift.time))
     return [
-        f"The errors of the positions wander, by about {far:.2g} m in {WITHIN:.0f} s: the model's own predictions show it "
-        "where the motion alone did not. What else is missing is judged beside that."
+        f"The errors of the positions wander, by about {far:.2g} m in {WITHIN:.0f} s: the model's own predictions show "
+        "it where the motion alone did not. What else is missing is judged beside that."
     ]
 
 
