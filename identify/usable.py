@@ -10,6 +10,7 @@ from identify.stretch import STREAMS
 from ingest.errors import NotIdentifiable
 from preprocess.findings import in_words, without_numbers
 from preprocess.manoeuvres import idle_speed
+from preprocess.rarely import rarely_sampled
 from preprocess.trial import Trial
 
 #: What is said where nothing can be identified on.
@@ -25,8 +26,6 @@ CREEPING = (
 )
 #: Logs that are named where none can be used.
 MOST_SAID = 3
-#: Samples that come this far apart, s, are too rare for any vessel, or their times are in another unit.
-RARE = 5.0
 
 
 def usable(trials: Sequence[Trial], lost: Sequence[str] = ()) -> list[Trial]:
@@ -84,12 +83,5 @@ def still(trial: Trial) -> bool:
 
 def _rarely_sampled(trials: Sequence[Trial]) -> str:
     """What is to be said of a log whose samples come seconds apart: its times may be in another unit."""
-    for trial in trials:
-        for name, m in trial.measurements.items():
-            step = float(np.median(np.diff(m.t))) if len(m.t) > 1 else 0.0
-            if step >= RARE:
-                return (
-                    f" {trial.name} has a {name} every {step:.3g} s ({1.0 / step:.2g} Hz)."
-                    " Where its times are in milliseconds, their column is to be called so: t_ms."
-                )
-    return ""
+    said = (rarely_sampled(t.name, name, m.t) for t in trials for name, m in t.measurements.items())
+    return next(filter(None, said), "")

@@ -14,8 +14,8 @@ from preprocess.weak_form import weak_form
 
 #: Interval of the grid on which the response is integrated, s, and its points at most.
 STEP, MOST_POINTS = 0.02, 200_000
-#: Half a window of the weak form, s; fewer windows than so many fit nothing.
-HALF_WINDOW, LEAST_WINDOWS = 1.5, 20
+#: Half a window of the weak form, s; fewer windows than so many fit nothing, nor do points farther apart, s.
+HALF_WINDOW, LEAST_WINDOWS, COARSE = 1.5, 20, 0.5
 #: Products of inputs (an azimuth and its propeller) are tried for at most so many of them.
 MOST_INPUTS = 6
 #: Rates at which a velocity dies away, 1/s.
@@ -87,6 +87,8 @@ def _fit(
     t: FloatArray, y: FloatArray, columns: FloatArray, segments: Segments
 ) -> tuple[float, FloatArray] | None:
     """Decay (1/s) and gains by ridge regression in the weak form."""
+    if float(t[1] - t[0]) > COARSE:
+        return None
     design, target = [], []
     for low, high in segments:
         part = slice(*np.searchsorted(t, (low, high)))

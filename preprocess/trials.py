@@ -19,6 +19,7 @@ from preprocess.doubts import doubts
 from preprocess.excitation import with_excitation
 from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
+from preprocess.rarely import require_often
 from preprocess.raw import Raw, read_raw
 from preprocess.resolve import chosen, of_one_receiver, require, source_of
 from preprocess.rounding import resolution
@@ -88,7 +89,11 @@ def make_trials(
         A log has no position or no heading.
     CampaignError
         An input needs a calibration.
+    NotIdentifiable
+        A log's samples come minutes apart.
     """
+    for run in runs:
+        require_often(run.name, run.log, (source_of(run.log, k, sensors.get(k)) for k in NEEDED))
     runs = with_common_units(runs, vessel)
     read_as = in_one_unit(inputs, [r.log for r in runs])
     gathered = [gather(run, vessel, read_as, sensors) for run in runs]

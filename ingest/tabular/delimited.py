@@ -106,7 +106,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
         Where no column looks like time.
     """
     table, beyond = without_beyond(table, topic)
-    clock = clock_of(table)
+    clock = clock_of(table, units)
     if clock is None or not clock.good.any():
         raise ValueError(f"no column looks like time; columns: {', '.join(map(str, table.columns))}")
     findings = _remarks(clock)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ingest.tabular.naming import split_unit
+from ingest.rarely import RARE, smaller_units, to_be_called, usual_step
+from ingest.tabular.naming import UNITS, split_unit
 
 Nanoseconds = NDArray[np.int64]
 
@@ -21,6 +23,10 @@ TIME_NAMES = (
     "sec", "tid", "zeit", "time_s", "clock",
 )  # fmt: skip
 
+#: The column in which PX4's tools count microseconds since the start.
+COUNTED = "timestamp"
+#: No time since a start is so long, s; times since 1970 with rows this far apart, ns, are times since a start.
+CENTURY, RARELY_DATED_NS = 4e9, 600_000_000_000
 #: Columns of text that may hold the time of day beside the date.
 DATE_NAMES = ("datum", "date")
 
@@ -56,8 +62,16 @@ class Clock:
     note: str = ""
 
 
-def clock_of(table: pd.DataFrame) -> Clock | None:
-    """Return the time of each row, from the column that best looks like a clock; None where none does."""
+def clock_of(table: pd.DataFrame, units: Mapping[str, str] | None = None) -> Clock | None:
+    """Return the time of each row, from the column that best looks like a clock; None where none does.
+
+    ``units`` are those of columns that are stated outside their names.
+    """
+
+    def from_column(name: str) -> Clock | None:
+        stated = UNITS.get((units or {}).get(name, "").lower(), "")
+        return _from_column(table[name], name, stated if stated in _SCALE else split_unit(name)[1])
+
     flat = {split_unit(str(c))[0]: str(c) for c in reversed(table.columns)}
     if "date" in flat and "time" in flat and not pd.api.types.is_numeric_dtype(table[flat["time"]]):
         joined = table[flat["date"]].astype(str) + " " + table[flat["time"]].astype(str)
@@ -66,7 +80,7 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
         return _from_ticks(table, flat)
     for name in TIME_NAMES:
         if name in flat:
-            clock = _from_column(table[flat[name]], flat[name])
+            clock = from_column(flat[name])
             if clock is not None:
                 return clock
     for name in (n for n in DATE_NAMES if n in flat and not pd.api.types.is_numeric_dtype(table[flat[n]])):
@@ -77,7 +91,7 @@ def clock_of(table: pd.DataFrame) -> Clock | None:
     rising = (
         pd.api.types.is_numeric_dtype(first) and len(first) > 2 and bool((first.diff().iloc[1:] > 0).all())
     )
-    return _from_column(first, str(table.columns[0])) if rising else None
+    return from_column(str(table.columns[0])) if rising else None
 
 
 def _from_ticks(table: pd.DataFrame, flat: dict[str, str]) -> Clock:
@@ -107,27 +121,48 @@ def _civil_ns(table: pd.DataFrame, columns: list[str]) -> Nanoseconds:
     return np.asarray(np.where(known, seconds * _SCALE["s"] + nano, 0), np.int64)
 
 
-def _from_column(column: pd.Series, name: str) -> Clock | None:
+def _from_column(column: pd.Series, name: str, unit: str) -> Clock | None:
     if pd.api.types.is_numeric_dtype(column):
-        return _from_numbers(column, name)
+        return _from_numbers(column, name, unit)
     return _from_text(column.astype(str), name)
 
 
-def _from_numbers(column: pd.Series, name: str) -> Clock:
+def _from_numbers(column: pd.Series, name: str, unit: str) -> Clock:
     values = column.to_numpy()
     good = ~pd.isna(values)
     if values.dtype.kind not in "iu":
         values = column.to_numpy(float, na_value=np.nan)
         good = np.isfinite(values) & (np.abs(values) < 4e18)
-    typical = float(np.median(np.abs(values[good]))) if good.any() else 0.0
-    ns, unit = np.zeros(len(values), np.int64), split_unit(name)[1]
-    if not unit and FIRST_DAY < typical < LAST_DAY and _in_days(values[good]):
-        ns[good] = _scaled(values[good] - DAY_OF_1970, DAY_NS)
+    ns, known = np.zeros(len(values), np.int64), values[good]
+    typical = float(np.median(np.abs(known))) if good.any() else 0.0
+    if not unit and FIRST_DAY < typical < LAST_DAY and _in_days(known):
+        ns[good] = _scaled(known - DAY_OF_1970, DAY_NS)
         note = f"'{name}' is taken as days since 1899-12-30, as spreadsheets count them"
         return Clock(ns, good, True, name, note)
     scale, utc = _scale(unit, typical)
-    ns[good] = _scaled(values[good], scale)
-    return Clock(ns, good, utc, name)
+    note = ""
+    if not (unit or (utc and usual_step(known) * scale < RARELY_DATED_NS)):
+        scale, utc, note = _since_start(known, name) or (scale, utc, note)
+    ns[good] = _scaled(known, scale)
+    return Clock(ns, good, utc, name, note)
+
+
+def _since_start(values: NDArray[np.generic], name: str) -> tuple[int, bool, str] | None:
+    """Nanoseconds per unit of times (n,) that are rare as seconds, that they are no UTC, and what is said of them.
+
+    They stay seconds unless their column is one that counts or they were a century.
+    """
+    step = usual_step(values)
+    fitting = smaller_units(step)
+    if step < RARE or not fitting:
+        return None
+    counted = name == COUNTED and fitting[0] != "ms"
+    if counted or np.median(values.astype(float)) > CENTURY:
+        code = fitting[-1]
+        return _SCALE[code], False, f"'{name}' states no unit; taken as {code} since the start from its steps"
+    cure = to_be_called(step, split_unit(name)[0]).rstrip(".")
+    said = f"'{name}' states no unit; taken as seconds, a row comes every {step:.3g} s. {cure}"
+    return _SCALE["s"], False, said
 
 
 def _in_days(values: NDArray[np.generic]) -> bool:
