@@ -12,6 +12,7 @@ from identify.effects import EFFECTS
 from identify.effects.sensors import ANY_LOGGERS
 from identify.gusts import GUSTIEST
 from identify.stretch import Stretch
+from validate.became import left_out_words
 from validate.deciding import deciding_manoeuvre
 from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
@@ -74,6 +75,7 @@ def advice_for(
             f"Stamps are off by no more than any logger's, {1e3 * ANY_LOGGERS:.0f} ms: {joined(outcome.slight)}. The "
             "fit knows of it; it is no effect."
         )
+    parts += left_out_words(outcome)
     if outcome.refuted or verdict is Verdict.UNEXPLAINED:
         parts += _slow_inputs(outcome)
     if undetermined:

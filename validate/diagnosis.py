@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -41,7 +42,8 @@ class Candidate:
 
     ``evidence`` is the gain in -2 log likelihood less its penalty; ``p_value`` counts the candidates tried;
     ``rmse_before`` and ``rmse_after`` are per channel (u, v, r), cross-validated inside the identify logs;
-    infinite where the prediction ran away.
+    infinite where the prediction ran away. ``promise`` is what a first look promises in place of the evidence. Of a
+    candidate that was not refitted nothing else is known: its evidence, p-value and errors after are not a number.
     """
 
     effect: str
@@ -51,15 +53,22 @@ class Candidate:
     rmse_before: Mapping[str, float]
     rmse_after: Mapping[str, float]
     note: str = ""
+    promise: float = math.nan
 
 
 @dataclass(frozen=True)
 class Round:
-    """One turn of the loop."""
+    """One turn of the loop.
+
+    Whether what was ``accepted`` ``stands`` at the end, and a ``remark`` on what became of it, where it does not stand
+    as it was taken.
+    """
 
     residual_tests: tuple[ResidualTest, ...]
     candidates: tuple[Candidate, ...]
     accepted: str | None
+    stands: bool = True
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -73,13 +82,14 @@ class TakenEffect:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What the declared model lacks."""
+    """What the declared model lacks; what is ``unexplained`` is material above ``materiality``."""
 
     verdict: Verdict
     effects: tuple[TakenEffect, ...]
     rounds: tuple[Round, ...]
     unexplained: Mapping[str, float]
     advice: str
+    materiality: float = 0.10
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,13 @@ from identify.report_fit import fitted_effect
 from identify.swell import Swell
 from preprocess.cores import side_by_side
 from validate.advice import advice_for
+from validate.became import Became, became
+from validate.candidates import Screened
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.outcome import Outcome
+from validate.report.labels import NOT_REFITTED, in_order
 from validate.residual_tests import residual_tests
 from validate.rounds import Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
@@ -36,10 +39,10 @@ def diagnose(
     share = seen.share if seen and not after.problem.swell else {}
     left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
     verdict = _verdict(taken, left, materiality)
-    rounds = tuple(_round(t) for t in outcome.turns)
+    rounds = tuple(_round(t, b) for t, b in zip(outcome.turns, became(outcome), strict=True))
     undetermined = _undetermined(prepared, after, left, materiality)
     advice = advice_for(verdict, taken, left, outcome, materiality, undetermined)
-    return Diagnosis(verdict, taken, rounds, left, advice)
+    return Diagnosis(verdict, taken, rounds, left, advice, materiality)
 
 
 def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
@@ -108,26 +111,33 @@ def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality
     return Verdict.EXPLAINED if taken else Verdict.ADEQUATE
 
 
-def _round(turn: Turn) -> Round:
+def _round(turn: Turn, became: Became | None) -> Round:
+    """One round, and what ``became`` of the effect that it took."""
     before = cross_validated(turn.base)
     refitted = {j.label: j for j in turn.judged}
-    tried = len(turn.screened)
     candidates = []
     for screened in turn.screened:
         judged = refitted.get(screened.active.label)
-        if judged is not None:
-            candidates.append(_candidate(judged, before))
-        else:
-            k = max(1, len(screened.p) - len(turn.base.solution.p))
-            gain = screened.gain if np.isfinite(screened.gain) else 0.0
-            candidates.append(
-                Candidate(
-                    screened.active.effect.name, _input_of(screened.active), gain - least_gain(k, tried), 1.0,
-                    before, before, f"{screened.active.label}: not refitted: to first order others promised more",
-                )
-            )  # fmt: skip
+        promise = _promise(turn, screened)
+        candidates.append(
+            _candidate(judged, before, promise) if judged else _looked_at(screened, before, promise)
+        )
     accepted = turn.taken.screened.active.effect.name if turn.taken else None
-    return Round(residual_tests(turn.base), tuple(sorted(candidates, key=lambda c: -c.evidence)), accepted)
+    stands, remark = (became.stands, became.remark) if became else (True, "")
+    return Round(residual_tests(turn.base), tuple(in_order(candidates)), accepted, stands, remark)
+
+
+def _promise(turn: Turn, screened: Screened) -> float:
+    """What a first look promises in the place of a candidate's evidence."""
+    k = max(1, len(screened.p) - len(turn.base.solution.p))
+    return screened.gain - least_gain(k, len(turn.screened)) if np.isfinite(screened.gain) else np.nan
+
+
+def _looked_at(screened: Screened, before: dict[str, float], promise: float) -> Candidate:
+    """A candidate that was not refitted: nothing was measured of it."""
+    active, unknown = screened.active, dict.fromkeys(before, np.nan)
+    remark = f"{active.label}: {NOT_REFITTED}: to first order others promised more"
+    return Candidate(active.effect.name, _input_of(active), np.nan, np.nan, before, unknown, remark, promise)
 
 
 def _input_of(active: Active) -> str | None:
@@ -135,9 +145,9 @@ def _input_of(active: Active) -> str | None:
     return None if active.variant.besides else active.variant.input
 
 
-def _candidate(judged: Judged, before: dict[str, float]) -> Candidate:
+def _candidate(judged: Judged, before: dict[str, float], promise: float) -> Candidate:
     active = judged.screened.active
     return Candidate(
         active.effect.name, _input_of(active), judged.evidence, judged.p_value, before,
-        cross_validated(judged.fitted), active.label,
+        cross_validated(judged.fitted), active.label, promise,
     )  # fmt: skip

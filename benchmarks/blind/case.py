@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import tempfile
 import time
@@ -90,7 +91,7 @@ def _round(turn: Round) -> dict[str, Any]:
     return {
         "accepted": turn.accepted,
         "candidates": [_candidate(c) for c in turn.candidates[:KEPT]],
-        "p_values": sorted(c.p_value for c in turn.candidates)[:1],
+        "p_values": sorted(c.p_value for c in turn.candidates if math.isfinite(c.p_value))[:1],
         "tests": {f"{t.name} {t.channel}": t.p_value for t in turn.residual_tests},
     }
 

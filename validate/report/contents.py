@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from importlib import metadata
@@ -24,6 +25,7 @@ from validate.diagnosis import (
 from validate.report import schema
 from validate.report.labels import label_of, ranked, remark_of
 from validate.report.schema import plain
+from validate.report.words import joined
 
 #: An interval counts as a gap above this many sample times.
 GAP_FACTOR = 3.5
@@ -197,8 +199,16 @@ def candidate_entry(c: Candidate) -> schema.CandidateEntry:
         rmse_before=dict(c.rmse_before),
         rmse_after=dict(c.rmse_after),
         label=label_of(c),
-        note=remark_of(c),
+        note=remark_of(c) or ran_away(c),
+        promise=c.promise,
     )
+
+
+def ran_away(c: Candidate) -> str:
+    """That the cross-validated errors of a refit are not known because predictions ran away; empty where they are."""
+    sides = (("without it", c.rmse_before), ("with it", c.rmse_after))
+    lost = [side for side, rmse in sides if any(math.isinf(x) for x in rmse.values())]
+    return f"cross-validated, predictions ran away {joined(lost)}" if lost else ""
 
 
 def round_entry(r: Round) -> schema.RoundEntry:
@@ -208,7 +218,11 @@ def round_entry(r: Round) -> schema.RoundEntry:
         for t in r.residual_tests
     ]
     return schema.RoundEntry(
-        residual_tests=tests, candidates=[candidate_entry(c) for c in ranked(r)], accepted=r.accepted
+        residual_tests=tests,
+        candidates=[candidate_entry(c) for c in ranked(r)],
+        accepted=r.accepted,
+        stands=r.stands if r.accepted else None,
+        note=r.remark,
     )
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
-
-import numpy as np
+from collections.abc import Iterable
 
 from identify.effects import EFFECTS
+from identify.written import number
 from validate.diagnosis import Candidate, Round
 
 #: How the remark on a candidate that was only looked at begins.
@@ -45,10 +46,14 @@ def remark_of(c: Candidate) -> str:
 
 
 def short_remark_of(c: Candidate) -> str:
-    """The remark beside a number that stands for itself: one that promises much did not gain too little."""
+    """The remark on a candidate as it is shown; of one that was not refitted what a first look promises."""
     if refitted(c):
         return remark_of(c)
-    return f"{NOT_REFITTED}: a first look" if c.evidence > 0 else f"{NOT_REFITTED}: it promises too little"
+    known = math.isfinite(c.promise)
+    much = (
+        f"a first look promises {number(c.promise)}" if known and c.promise > 0 else "it promises too little"
+    )
+    return f"{NOT_REFITTED}: {much}"
 
 
 def _parts(c: Candidate) -> tuple[str, str]:
@@ -60,27 +65,47 @@ def _parts(c: Candidate) -> tuple[str, str]:
 
 
 def refitted(c: Candidate) -> bool:
-    """Whether the evidence is that of a fit; else it is what a first look promises."""
+    """Whether the evidence is that of a fit; else a first look is all there was."""
     return not remark_of(c).startswith(NOT_REFITTED)
 
 
+def in_order(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Candidates that were refitted by their evidence, then the others by what a first look promises."""
+
+    def rank(c: Candidate) -> tuple[bool, float]:
+        worth = c.evidence if refitted(c) else c.promise
+        return not refitted(c), -worth if math.isfinite(worth) else math.inf
+
+    return sorted(candidates, key=rank)
+
+
 def ranked(r: Round) -> list[Candidate]:
-    """Candidates of a round: those refitted by their evidence, then the others by what a first look promises."""
-    return sorted(
-        r.candidates, key=lambda c: (not refitted(c), -c.evidence if np.isfinite(c.evidence) else np.inf)
-    )
+    """Candidates of a round, best first."""
+    return in_order(r.candidates)
 
 
 def bars(candidates: list[Candidate]) -> list[float]:
-    """Length of each candidate's bar, 0 to 1 of the most evidence of those that were refitted."""
-    known = [c.evidence for c in candidates if refitted(c) and c.evidence > 0]
-    most = max(known or [c.evidence for c in candidates], default=0.0)
-    return [
-        min(1.0, max(0.0, c.evidence / most)) if most > 0 and np.isfinite(c.evidence) else 0.0
-        for c in candidates
-    ]
+    """Length of each candidate's bar, 0 to 1 of the most evidence; nothing where none was measured."""
+    known = [c.evidence if refitted(c) and math.isfinite(c.evidence) else 0.0 for c in candidates]
+    most = max(known, default=0.0)
+    return [max(0.0, x / most) if most > 0 else 0.0 for x in known]
 
 
 def taken_of(r: Round) -> Candidate | None:
     """The candidate that a round took: of several of that name the best that was refitted."""
     return next((c for c in ranked(r) if c.effect == r.accepted), None)
+
+
+def taken_words(r: Round) -> str:
+    """What a round did with the candidate that it took: of one that does not stand at the end that it did not stay."""
+    return "taken" if r.stands else "taken, not kept"
+
+
+def outcome_words(r: Round) -> str:
+    """What a round came to, and what became of that."""
+    if r.accepted is None:
+        return "nothing taken"
+    remark = (
+        f" ({in_words(r.remark)})" if r.remark and r.stands else f", {in_words(r.remark)}" * bool(r.remark)
+    )
+    return f"{in_words(r.accepted)} taken{remark}"

@@ -6,7 +6,16 @@ from collections.abc import Iterable, Sequence
 
 from validate.diagnosis import Results, Round
 from validate.report import words
-from validate.report.labels import advice_words, in_words, label_of, ranked, short_remark_of, taken_of
+from validate.report.labels import (
+    advice_words,
+    in_words,
+    label_of,
+    outcome_words,
+    ranked,
+    short_remark_of,
+    taken_of,
+    taken_words,
+)
 from validate.report.parameters import all_parameters, labels
 from validate.report.scores import has_two, score_rows
 
@@ -75,11 +84,11 @@ def round_markdown(number: int, r: Round) -> str:
     taken = taken_of(r)
     rows = [
         [str(k), in_words(label_of(c)), words.number(c.evidence),
-         words.probability(c.p_value), "taken" if c is taken else short_remark_of(c)]
+         words.probability(c.p_value), taken_words(r) if c is taken else short_remark_of(c)]
         for k, c in enumerate(ranked(r), start=1)
     ]  # fmt: skip
     tests = [[in_words(t.name), t.channel, words.probability(t.p_value)] for t in r.residual_tests]
-    outcome = f"{in_words(r.accepted)} taken" if r.accepted else "nothing taken"
+    outcome = outcome_words(r)
     candidates = (
         table(["rank", "candidate", "evidence", "p", ""], rows) if rows else "No candidate was tried."
     )

@@ -23,10 +23,12 @@ from validate.report.labels import (
     finding_words,
     in_words,
     label_of,
+    outcome_words,
     ranked,
     refitted,
     short_remark_of,
     taken_of,
+    taken_words,
 )
 from validate.report.legend import legend
 from validate.report.names import slug
@@ -213,7 +215,8 @@ def round_rows(r: Round, spread: Mapping[str, float]) -> dict[str, Any]:
             for c, share in list(zip(order, bars(order), strict=True))[:RANKED]
         ],
         "more": len(order) - RANKED,
-        "accepted": r.accepted,
+        "outcome": outcome_words(r),
+        "taken": taken_words(r),
     }
 
 
@@ -245,13 +248,12 @@ def candidate_row(c: Candidate, share: float, taken: bool, spread: Mapping[str, 
             ),
         )
         for k in c.rmse_before
-        if c.rmse_before[k] != c.rmse_after.get(k)
+        if refitted(c) and c.rmse_before[k] != c.rmse_after.get(k)
     ]
     return {
         "name": in_words(label_of(c)),
         "evidence": c.evidence,
         "bar": round(100 * share, 1),
-        "looked": not refitted(c),
         "p_value": c.p_value,
         "change": change,
         "note": short_remark_of(c),

@@ -145,16 +145,23 @@ class ResidualTestEntry(Entry):
 
 
 class CandidateEntry(Entry):
-    """An effect that was tried in a round."""
+    """An effect that was tried in a round; of one that was not refitted what a refit would say is null."""
 
     effect: str
     input: str | None
-    evidence: Number
-    p_value: Number
+    evidence: Number = Field(description="of a refit; null where there was none")
+    p_value: Number = Field(description="of a refit; null where there was none")
     rmse_before: dict[str, Number] = Field(description="cross-validated; null where the prediction ran away")
-    rmse_after: dict[str, Number] = Field(description="cross-validated; null where the prediction ran away")
+    rmse_after: dict[str, Number] = Field(
+        description="cross-validated; null where the prediction ran away, or there was no refit"
+    )
     label: str = Field(description="effect with its input, form, stream or logs")
-    note: str = Field(description="why it was not refitted, and the like; else empty")
+    note: str = Field(
+        description="why it was not refitted, that predictions ran away, and the like; else empty"
+    )
+    promise: Number = Field(
+        description="what a first look promised in the place of the evidence; null where it is not known"
+    )
 
 
 class RoundEntry(Entry):
@@ -163,6 +170,12 @@ class RoundEntry(Entry):
     residual_tests: list[ResidualTestEntry]
     candidates: list[CandidateEntry]
     accepted: str | None
+    stands: bool | None = Field(
+        description="whether what was accepted is among the effects; null where nothing was"
+    )
+    note: str = Field(
+        description="what became of what was accepted, where it does not stand as it was; else empty"
+    )
 
 
 class DiagnosisEntry(Entry):
