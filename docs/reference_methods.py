@@ -179,6 +179,7 @@ def methods() -> list[str]:
     from identify.optimisers import OPTIMISERS
     from identify.references import REFERENCES
 
+    biased = ", ".join(code(e.name) for e in ESTIMATORS.values() if e.bias)
     lines = ["# Estimators and optimisers", "", "## Estimators", ""]
     lines += table(
         ("name", "what it does", "tuned", "source"),
@@ -190,6 +191,9 @@ def methods() -> list[str]:
     lines += [
         "`weak_form` integrates both sides of the equations against smooth weights instead of differentiating;",
         "`output_error` fits free-running predictions to the raw measurements; `auto` is `output_error`.",
+        "",
+        f"The bias of {biased} is part of the model: every equation that lacks the term 1",
+        "gets it, and the report has its coefficient.",
         "",
     ]
     lines += [

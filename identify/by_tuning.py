@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from identify.by_optimiser import with_states
-from identify.estimators import ESTIMATORS, Estimate
+from identify.estimators import ESTIMATORS, Estimate, Estimator
 from identify.estimators.tuning import Hyper, tune
 from identify.fitted import Fitted
 from identify.optimisers import OPTIMISERS
+from identify.own_bias import with_own_bias
 from identify.prepare import Prepared
 from identify.regression import accelerations, averaged, regressors, steps_of_slope
+from identify.slot import Slot
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from preprocess.eso_motion import seen_like_velocity, seen_like_yaw_rate
@@ -104,8 +106,8 @@ def _weak(
     return form.values @ regressors(structure, p, stretch, sight), -(form.derivatives @ velocities)
 
 
-def equations_of(structure: Structure) -> Iterator[tuple[int, list[int], list[int]]]:
-    """Per equation that has any: its number, its slots, and their columns in the design."""
+def equations_of(structure: Structure) -> Iterator[tuple[int, list[int]]]:
+    """Per equation that has any: its number and its slots."""
     for equation in range(3):
         mine = [
             k
@@ -113,13 +115,13 @@ def equations_of(structure: Structure) -> Iterator[tuple[int, list[int], list[in
             if s.coefficient >= 0 and structure.table.equation_of[s.coefficient] == equation
         ]
         if mine:
-            yield equation, mine, [structure.slots[k].coefficient for k in mine]
+            yield equation, mine
 
 
-def fit_by_tuning(
-    prepared: Prepared, estimator: str, optimiser: str = "auto", seed: int = 0
-) -> tuple[Fitted, FloatArray, str]:
+def fit_by_tuning(prepared: Prepared, estimator: str, optimiser: str = "auto", seed: int = 0) -> Fitted:
     """Coefficients by a regression estimator, equation by equation.
+
+    Where the estimator has a bias, that is the coefficient of the term 1, which the model then has in every equation.
 
     Parameters
     ----------
@@ -129,33 +131,30 @@ def fit_by_tuning(
     optimiser : str
         That which chooses the hyper-parameters by cross-validation; ``auto`` leaves them to the estimator.
     seed : int
-
-    Returns
-    -------
-    fitted : Fitted
-    covariance : (np, np)
-        As the estimators give it.
-    said : str
-        How the estimation ended.
     """
+    prepared = with_own_bias(prepared, estimator)
     structure = prepared.structure
     p = null_parameters(structure)
     weak = estimator == "weak_form"
+    chosen = ESTIMATORS["ls" if weak else estimator]
     rows = rows_of(structure, p, prepared.identify, weak)
     gap = round(GAP / (prepared.identify[0].h * (HALF_STEPS / 2 if weak else 1)))
-    covariance, said = np.zeros((len(p), len(p))), ""
-    for equation, mine, columns in equations_of(structure):
-        data = rows.design[:, columns], rows.target[:, equation], rows.groups
-        found = _estimate("ls" if weak else estimator, optimiser, data, gap, seed)
-        p[mine] = np.nan_to_num(found.theta)
-        covariance[np.ix_(mine, mine)] = found.covariance
-        said = found.stopped
+    for equation, mine in equations_of(structure):
+        bias = [k for k in mine if chosen.bias and _is_one(structure.slots[k])]
+        others = [k for k in mine if k not in bias]
+        design = rows.design[:, [structure.slots[k].coefficient for k in others]]
+        found = _estimate(chosen, optimiser, (design, rows.target[:, equation], rows.groups), gap, seed)
+        p[others], p[bias] = np.nan_to_num(found.theta), found.bias
     low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
-    return with_states(prepared, np.clip(p, low, high)), covariance, said
+    return with_states(prepared, np.clip(p, low, high))
 
 
-def _estimate(estimator: str, optimiser: str, data: tuple[Any, Any, Any], gap: int, seed: int) -> Estimate:
-    chosen = ESTIMATORS[estimator]
+def _is_one(slot: Slot) -> bool:
+    """Whether a coefficient is that of the term 1."""
+    return slot.term is not None and slot.term.text == "1"
+
+
+def _estimate(chosen: Estimator, optimiser: str, data: tuple[Any, Any, Any], gap: int, seed: int) -> Estimate:
     if optimiser == "auto" or not chosen.hyper:
         return chosen.fit(data[0], data[1], groups=data[2])
     space = [Hyper(name, low, high) for name, (low, high) in chosen.hyper.items()]

@@ -26,7 +26,8 @@ def fit_with(prepared: Prepared, estimator: str = "auto", optimiser: str = "auto
     ----------
     prepared : Prepared
     estimator : str
-        ``auto`` and ``output_error`` are windowed output error; the others regress the smoothed states.
+        ``auto`` and ``output_error`` are windowed output error; the others regress the smoothed states. The bias of
+        one that has it is in the fit's structure, as the term 1.
     optimiser : str
         With output error, ``auto`` is Gauss-Newton and any other searches the coefficients by population; with a
         regression it chooses the hyper-parameters, which ``auto`` leaves to the estimator.
@@ -37,7 +38,7 @@ def fit_with(prepared: Prepared, estimator: str = "auto", optimiser: str = "auto
         return (
             fit_declared(prepared) if optimiser == "auto" else fit_by_optimiser(prepared, optimiser, seed)[0]
         )
-    return fit_by_tuning(prepared, estimator, optimiser, seed)[0]
+    return fit_by_tuning(prepared, estimator, optimiser, seed)
 
 
 def fit_as_a_run_ends(

@@ -157,8 +157,12 @@ class Structure:
 
     @cached_property
     def u0_is_free(self) -> bool:
-        """Whether the speed that terms in Δu are about is a parameter of the model: where none is declared."""
-        return self.u0_found and any("Δu" in factors_of(t.text) for t in self.setting.terms)
+        """Whether the speed that terms in Δu are about is a parameter of the model: where none is declared.
+
+        Beside a constant none is: another speed is another constant.
+        """
+        constant = any((t.dof, t.text) == ("u", "1") for t in self.setting.terms)
+        return self.u0_found and not constant and any("Δu" in factors_of(t.text) for t in self.setting.terms)
 
     @cached_property
     def u0_place(self) -> int:

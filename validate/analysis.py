@@ -16,6 +16,7 @@ from identify.free_running import free_running_misfit
 from identify.held_inputs import prepare_best
 from identify.in_common import in_common
 from identify.models import MODEL_BY_NAME
+from identify.own_bias import with_own_bias
 from identify.prediction_fit import fit_far_from_noise
 from identify.prepare import Prepared
 from identify.references import OUTPUT_ERROR, SMOOTHER, in_full
@@ -197,7 +198,7 @@ def _identify(
     """The declared model's fit, and what it lacks; ``found`` is what a simpler one was found to lack."""
     progress("identify", "", 0.0)
     progress("identify", "how the inputs act", 0.02)
-    prepared = prepare_best(trials, _model(trials, model))
+    prepared = with_own_bias(prepare_best(trials, _model(trials, model)), estimator)
     progress("identify", "the declared model", 0.4)
     declared = fit_with(prepared, estimator, optimiser, seed)
     progress("identify", "", 1.0)

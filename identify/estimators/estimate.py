@@ -134,9 +134,12 @@ class Estimator:
         The options that a tuner may search, with the range on a logarithmic scale.
     source : str
         Where it is published.
+    bias : bool
+        Whether it fits a bias unless told not to: such a one is part of the model, as its term 1.
     """
 
     name: str
     fit: Callable[..., Estimate]
     hyper: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     source: str = ""
+    bias: bool = False

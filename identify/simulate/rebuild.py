@@ -92,7 +92,7 @@ def _term(c: Estimated, declared: Mapping[tuple[str, str], Term], by_name: Mappi
     """The term of a coefficient: as declared, or one that an estimator added."""
     if not c.term and c.name in by_name:
         return by_name[c.name]
-    return declared.get((c.dof, c.term)) or Term(c.dof, c.term)
+    return declared.get((c.dof, c.term)) or Term(c.dof, c.term, "bias" if c.term == "1" else "hull")
 
 
 def _logs(effects: tuple[FittedEffect, ...]) -> tuple[str, ...]:
