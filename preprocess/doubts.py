@@ -15,10 +15,14 @@ from preprocess.vessel import Input
 
 #: Rudders do not turn farther, rad.
 FARTHEST = np.radians(100.0)
-#: Turning is compared over so long, s, where it is in this many places at least.
-OVER, PLACES = 5.0, 8
-#: It tells where the heading changes by more than so many of its errors (root mean square) and by this, rad.
+#: Turning is compared over so long, s, or a little longer, where it is in this many places at least.
+OVER, LONGEST, PLACES = 5.0, 7.5, 8
+#: More samples of the yaw rate than so many tell what was turned over that time; alone it tells where as often, s.
+TELLS, OFTEN = 1, 1.0
+#: It tells where either changes by more than so many of its errors (root mean square) and by this, rad.
 CLEAR, LEAST_TURN = 10.0, np.radians(5.0)
+#: Less than this is left of whole turns that a yaw rate counts, rad; no product of two turns is so small.
+LEFT, TINY = 1.0, 1e-12
 #: A yaw rate of this share of the heading's or less, of more than its inverse, or one that goes with it no better.
 SHARE, TOGETHER = 0.5, 0.7
 #: Under way: a speed of more than this share of what is reached.
@@ -65,11 +69,15 @@ def turns_apart(measurements: Mapping[str, Measurement]) -> str | None:
 def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
     """What is said where heading and yaw rate do not go together, or one by far more than the other."""
     turned, told = both_turns(heading, gyro)
-    size = float(np.sqrt(np.mean(turned**2))) if len(turned) else 0.0
-    if len(turned) < PLACES or size < max(LEAST_TURN, CLEAR * heading.sigma):
+    if len(turned) < PLACES:
         return None
-    ratio = float(turned @ told / (turned @ turned))
-    alike = float(turned @ told / max(float(np.linalg.norm(turned) * np.linalg.norm(told)), 1e-12))
+    if _size(turned) < max(LEAST_TURN, CLEAR * heading.sigma):
+        turned, told = turned - turned.mean(), told - told.mean()  # of a bias the diagnosis tells
+        if _size(told) < max(LEAST_TURN, CLEAR * adrift(gyro)) or gyro.sample_time > OFTEN:
+            return None
+    along = float(turned @ told)
+    ratio = along / max(float(turned @ turned), TINY)
+    alike = along / max(float(np.linalg.norm(turned) * np.linalg.norm(told)), TINY)
     if alike < TOGETHER and ratio > -SHARE:
         return "Heading and yaw rate do not go together: is one of them another signal, or in another unit?"
     if SHARE < ratio < 1.0 / SHARE:
@@ -78,15 +86,40 @@ def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
 
 
 def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, FloatArray]:
-    """Turns (n,) of the heading and of the yaw rate over the same pieces of time, rad."""
+    """Turns (n,) of the heading and of the yaw rate from one heading to another some seconds later, rad."""
     if min(int(m.good.sum()) for m in (heading, gyro)) < PLACES:
         return np.zeros(0), np.zeros(0)
-    t, psi = heading.t[heading.good], heading.value[heading.good].ravel()
-    at, rate = gyro.t[gyro.good], gyro.value[gyro.good].ravel()
+    t, at, rate = heading.t[heading.good], gyro.t[gyro.good], gyro.value[gyro.good].ravel()
     turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
-    edges = np.arange(max(t[0], at[0]), min(t[-1], at[-1]), OVER)
-    covered = (np.diff(np.searchsorted(t, edges)) > 1) & (np.diff(np.searchsorted(at, edges)) > 1)
-    return np.diff(np.interp(edges, t, psi))[covered], np.diff(np.interp(edges, at, turned))[covered]
+    told = np.interp(t, at, turned)
+    psi = unwound(heading.value[heading.good].ravel(), told)
+    wanted = np.arange(max(t[0], at[0]), min(t[-1], at[-1]), OVER)
+    edges = np.unique(np.searchsorted(t, wanted))
+    covered = (np.diff(np.searchsorted(at, t[edges])) > TELLS) & (np.diff(t[edges]) < LONGEST)
+    return np.diff(psi[edges])[covered], np.diff(told[edges])[covered]
+
+
+def unwound(psi: FloatArray, told: FloatArray) -> FloatArray:
+    """Headings (n,) without whole turns that were put between them by a yaw rate which does not fit the rest either.
+
+    ``told`` (n,) is the yaw rate's integral; where units are wrong, what it leaves of a turn is any.
+    """
+    shortest = np.unwrap(psi)
+    moved = np.abs(np.diff(psi - shortest)) > np.pi
+    left = np.diff(psi - told)[moved]
+    return shortest if len(left) and _size(left) > LEFT else psi
+
+
+def adrift(gyro: Measurement) -> float:
+    """By how much the noise of a yaw rate sets its integral adrift over a piece of time, rad."""
+    t, rate = gyro.t[gyro.good], gyro.value[gyro.good].ravel()
+    noise = 0.605 * float(np.median(np.abs(np.diff(rate, 2))))  # of normal noise: its standard deviation
+    return noise * float(np.sqrt(OVER * np.median(np.diff(t))))
+
+
+def _size(x: FloatArray) -> float:
+    """Root mean square of (n,)."""
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
 
 
 def across(states: pd.DataFrame) -> str | None:

@@ -8,8 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from ingest.log import Source
+from preprocess.assembly import measurement
 from preprocess.doubts import across, doubts, too_far, turning_apart
+from preprocess.judge import judge
+from preprocess.raw import Raw
 from preprocess.trial import Measurement
+from preprocess.turns import with_turns
 from preprocess.vessel import Input
 
 T = np.arange(0.0, 120.0, 0.1)
@@ -70,3 +75,38 @@ def test_a_rudder_in_degrees_that_are_called_radians_is_doubted():
 
 def test_a_track_across_the_heading_is_doubted():
     assert "north and east" in across(track(np.full(len(T), 1.4)))
+
+
+def with_turns_by(gyro, step=1.0, rate=RATE, psi=PSI):
+    """Headings (wrapped, every ``step`` s) with the whole turns that the yaw rate tells, and that yaw rate."""
+    every = T % step < 0.05
+    values = {"heading": (T[every], psi[every] % (2.0 * np.pi)), "yaw_rate": (T, gyro * rate)}
+    raw = {
+        k: Raw(k, t, value, np.zeros(len(t), dtype=bool), Source(k, "", {"value": k}, "rad"))
+        for k, (t, value) in values.items()
+    }
+    turned = with_turns({k: judge(r) for k, r in raw.items()})
+    return [measurement(turned[k], 1e-6) for k in ("heading", "yaw_rate")]
+
+
+def test_a_yaw_rate_whose_whole_turns_the_heading_took_over_is_doubted():
+    heading, gyro = with_turns_by(180.0 / np.pi)
+    assert np.ptp(heading.value) > 20.0
+    assert float(turning_apart(heading, gyro).split()[4]) == pytest.approx(180.0 / np.pi, rel=0.01)
+
+
+def test_whole_turns_that_a_yaw_rate_tells_rightly_between_rare_headings_are_believed():
+    heading, gyro = with_turns_by(1.0, 4.0, 6.0 * RATE + 0.5, 6.0 * PSI + 0.5 * T)
+    assert (np.abs(np.diff(heading.value)) > np.pi).any()
+    assert turning_apart(heading, gyro) is None
+
+
+def test_a_heading_that_hardly_turns_beside_a_yaw_rate_that_does_is_doubted():
+    radians = measured("heading", np.pi / 180.0 * PSI, 1e-5)
+    assert float(turning_apart(radians, GYRO).split()[4]) == pytest.approx(180.0 / np.pi, rel=0.1)
+
+
+def test_a_bias_or_the_noise_of_a_gyro_is_no_turning():
+    straight = measured("heading", 0.0 * T)
+    assert turning_apart(straight, measured("yaw_rate", 0.05 + 0.0 * T)) is None
+    assert turning_apart(straight, measured("yaw_rate", 0.0 * T, 0.3)) is None
