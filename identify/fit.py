@@ -86,6 +86,8 @@ class Fit:
         Median of every input over the logs that it was identified on: where a manoeuvre begins.
     largest_inputs : mapping of str to float
         Largest value of every input there, without sign: what is beyond is an extrapolation.
+    speeds : tuple of two float, optional
+        Least and greatest speed ahead there, over ground, m/s; likewise.
     misfit : float
         How much larger the standard errors are than the noise alone makes them, so that they account, to first order,
         for the errors of logs left out; 1 near the noise.
@@ -108,3 +110,4 @@ class Fit:
     typical_inputs: Mapping[str, float] = field(default_factory=dict)
     largest_inputs: Mapping[str, float] = field(default_factory=dict)
     misfit: float = 1.0
+    speeds: tuple[float, float] | None = None

@@ -40,6 +40,12 @@ class Prepared:
     notes: tuple[str, ...]
     digest: str
 
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Least and greatest speed ahead over ground in the logs to identify on, m/s."""
+        ahead = np.concatenate([s.states[:, 3] for s in self.identify])
+        return float(ahead.min()), float(ahead.max())
+
 
 def prepare(trials: Sequence[Trial], model: str, *, held: bool = False) -> Prepared:
     """Pool noise levels over the logs, cut trials into stretches, and declare the model for this vessel.

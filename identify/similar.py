@@ -62,7 +62,7 @@ def similar(fit: Fit, length: float) -> Fit:
     Returns
     -------
     Fit
-        Coefficients, effects, covariance, particulars and typical inputs of the other ship.
+        Coefficients, effects, covariance, particulars, inputs and speeds of the other ship.
 
     Raises
     ------
@@ -87,7 +87,9 @@ def similar(fit: Fit, length: float) -> Fit:
         effects=effects,
         covariance=fit.covariance * np.outer(factor, factor),
         u0=None if fit.u0 is None else fit.u0 * math.sqrt(scale),
-        typical_inputs=_inputs(fit, scale),
+        typical_inputs=_inputs(fit, fit.typical_inputs, scale),
+        largest_inputs=_inputs(fit, fit.largest_inputs, scale),
+        speeds=fit.speeds and (fit.speeds[0] * math.sqrt(scale), fit.speeds[1] * math.sqrt(scale)),
     )
 
 
@@ -135,7 +137,7 @@ def _input(one: Input, scale: float) -> Input:
     return replace(one, position=_place(one.position, scale), value=value)
 
 
-def _inputs(fit: Fit, scale: float) -> dict[str, float]:
-    """Typical inputs: revolutions fall with the root of the length, angles and shares stay."""
+def _inputs(fit: Fit, values: Mapping[str, float], scale: float) -> dict[str, float]:
+    """Values of inputs: revolutions fall with the root of the length, angles and shares stay."""
     turning = {i.name for i in fit.inputs if i.kind == "propeller"}
-    return {k: v / math.sqrt(scale) if k in turning else v for k, v in fit.typical_inputs.items()}
+    return {k: v / math.sqrt(scale) if k in turning else v for k, v in values.items()}

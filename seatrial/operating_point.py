@@ -16,10 +16,10 @@ QUANTILE = 0.9
 
 
 def with_operating_point(fit: Fit, model: Path) -> Fit:
-    """The fit with its inputs' values and reference speed from ``predictions`` beside its file, where it lacks them."""
+    """The fit with its inputs' values and its speeds from ``predictions`` beside its file, where it lacks them."""
     folder = (model if model.is_dir() else model.parent) / "predictions"
     files = sorted(folder.glob("*.parquet")) if folder.is_dir() else []
-    if not files or (fit.typical_inputs and fit.largest_inputs and fit.u0 is not None):
+    if not files or (fit.typical_inputs and fit.largest_inputs and fit.speeds and fit.u0 is not None):
         return fit
     import pandas as pd
 
@@ -37,4 +37,5 @@ def with_operating_point(fit: Fit, model: Path) -> Fit:
         typical_inputs=fit.typical_inputs or typical,
         largest_inputs=fit.largest_inputs or largest,
         u0=u0 if fit.u0 is None else fit.u0,
+        speeds=fit.speeds or (float(rows["u"].min()), float(rows["u"].max())),
     )

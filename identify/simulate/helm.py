@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.forces import azimuth_of
+from identify.forces import THRUSTING, azimuth_of
 from ingest.errors import UsageError
 from preprocess.vessel import Input
 
@@ -16,8 +16,10 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Helm at which differential thrust stops the inner thruster.
 HARD_OVER = math.radians(35.0)
-#: A helm that is more than so many times the largest of the logs is beyond them: feedback is never quite the order.
+#: What is more than so many times the largest of the logs is beyond them: feedback is never quite the order.
 BEYOND = 1.05
+#: Commands up to this are shares of the largest, a little over.
+SHARE = 1.5
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Helm:
         Share by which a thruster's command changes per unit of helm over hard over, where thrusters steer.
     sign : float
         Sign of the helm that turns to starboard.
+    limits : mapping of str to float
+        Greatest command of every input, without sign; inf where nothing says it.
     """
 
     inputs: tuple[Input, ...]
@@ -42,6 +46,7 @@ class Helm:
     turned: tuple[str, ...]
     paired: Mapping[str, float]
     sign: float = 1.0
+    limits: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def steers(self) -> bool:
@@ -56,18 +61,18 @@ class Helm:
             if item.name in self.turned:
                 out[item.name] = self.ahead[item.name] + self.sign * helm
             else:
-                share = self.paired.get(item.name, 0.0)
-                most = np.maximum(np.abs(base), greatest(item))
+                share, most = self.paired.get(item.name, 0.0), self.limits.get(item.name, math.inf)
                 out[item.name] = np.clip(base * (1.0 + share * self.sign * helm / HARD_OVER), -most, most)
         return out
 
-    def beyond(self, helm: float, largest: Mapping[str, float]) -> list[str]:
-        """What is said of a helm (rad) beyond the ``largest`` that the logs have of what takes its angle."""
+    def beyond(self, helm: float, throttle: float, largest: Mapping[str, float]) -> list[str]:
+        """What is said of a helm (rad, to either side) or of a throttle beyond the ``largest`` commands of the logs."""
+        asked = self.commands(np.array([helm, -helm, 0.0]), np.array([1.0, 1.0, throttle]))
+        far = {n: float(np.abs(v).max()) for n, v in asked.items()} | dict.fromkeys(self.turned, helm)
         return [
-            f"A helm of {math.degrees(helm):.3g}° is an extrapolation: in the logs {n} never goes beyond "
-            f"±{math.degrees(largest[n]):.3g}°."
-            for n in self.turned
-            if n in largest and helm > BEYOND * largest[n]
+            _extrapolated(n, far[n], largest[n], n in self.turned)
+            for n in far
+            if n in largest and far[n] > BEYOND * largest[n]
         ]
 
     def words(self, helm: float) -> list[str]:
@@ -78,24 +83,51 @@ class Helm:
             ", ".join(f"{n} {v:.3g}" for n, (v,) in values.items() if n in self.paired)
             for values in (self.commands(np.array([angle]), np.ones(1)) for angle in (0.0, helm))
         )
+        limits = sorted({f"{self.limits[n]:.3g}" for n in self.paired if math.isfinite(self.limits[n])})
+        within = f", which goes no further than {' or '.join(limits)}" if limits else ""
         return [
             f"A helm of {math.degrees(helm):.3g}° to starboard is {turning} (ahead: {ahead}; 35° stops the inner "
-            "thruster and doubles the outer one, within its calibration)."
+            f"one and doubles the outer one{within})."
         ]
 
 
-def greatest(item: Input) -> float:
-    """The greatest command of an input that its calibration knows."""
-    return max(map(abs, item.value), default=math.inf)
+def _extrapolated(name: str, asked: float, known: float, turned: bool) -> str:
+    if turned:
+        asked, known = math.degrees(asked), math.degrees(known)
+        return (
+            f"A helm of {asked:.3g}° is an extrapolation: in the logs {name} never goes beyond ±{known:.3g}°."
+        )
+    return (
+        f"A command of {name} {asked:.3g} is an extrapolation: in the logs it never goes beyond {known:.3g}."
+    )
 
 
-def helm_for(inputs: tuple[Input, ...], ahead: Mapping[str, float]) -> Helm:
-    """Choose what steers: rudders, else azimuths, else the difference of thrusters on both sides."""
+def greatest(item: Input, logged: float = 0.0) -> float:
+    """The greatest command of an input: by its calibration, or 1 of what is a share; no less than what was logged."""
+    known = max(map(abs, item.value), default=1.0 if _is_share(item, logged) else math.inf)
+    return max(known, logged)
+
+
+def _is_share(item: Input, logged: float) -> bool:
+    """Whether the commands of an input are shares of the largest: in percent, or of a thruster without a unit."""
+    if item.unit is None:
+        return item.kind in ("thruster", "tunnel") and logged <= SHARE
+    return item.unit == "percent" and item.kind in THRUSTING
+
+
+def helm_for(
+    inputs: tuple[Input, ...], ahead: Mapping[str, float], largest: Mapping[str, float] | None = None
+) -> Helm:
+    """Choose what steers: rudders, else azimuths, else the difference of thrusters on both sides.
+
+    ``largest`` are the commands that the logs had, without sign.
+    """
     rudders = tuple(i.name for i in inputs if i.kind == "rudder")
     azimuths = tuple(i.name for i in inputs if i.kind == "azimuth")
     turned = rudders or azimuths
     paired = {} if turned else _pairs(inputs)
-    return Helm(inputs, ahead, turned, paired)
+    limits = {i.name: greatest(i, (largest or {}).get(i.name, 0.0)) for i in inputs}
+    return Helm(inputs, ahead, turned, paired, limits=limits)
 
 
 def _pairs(inputs: tuple[Input, ...]) -> dict[str, float]:

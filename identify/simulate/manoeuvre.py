@@ -12,7 +12,7 @@ from identify.effect import Active
 from identify.fit import Fit
 from identify.simulate.circle import measure_circle, run_circle, short_of_circle
 from identify.simulate.drawn import drawn
-from identify.simulate.helm import assumed, driven, helm_for, require_steering, shape_of
+from identify.simulate.helm import BEYOND, assumed, driven, helm_for, require_steering, shape_of
 from identify.simulate.intervals import measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
 from identify.simulate.order import Order, checked, parse_order
@@ -124,17 +124,38 @@ def plant_for(fit: Fit, order: Order) -> tuple[Plant, list[str]]:
     rebuilt = whole.keeping(lambda a: _belongs(a, order))
     left = [a.label for a in whole.structure.actives if not _belongs(a, order)]
     notes = [f"Left out, since they are not the vessel's: {', '.join(left)}."] if left else []
-    helm = helm_for(fit.inputs, shape_of(fit.inputs, fit.typical_inputs))
+    helm = helm_for(fit.inputs, shape_of(fit.inputs, fit.typical_inputs), fit.largest_inputs)
     if order.kind == "stopping" and not driven(fit.inputs):
         raise UsageError("stopping: none of the inputs gives thrust.")
     if order.kind != "stopping":
         require_steering(helm, order.kind)
-        notes += helm.beyond(order.helm, fit.largest_inputs)
     notes += _extrapolation(rebuilt, order)
     plant = Plant(rebuilt, helm, 1.0, step_for(fit.vessel.length), order.log or "", order.helm_rate)
     plant, said = _approach(plant, order, fit.typical_inputs)
     plant = _turned_to_starboard(plant, order)
-    return plant, notes + said + (plant.helm.words(order.helm) if order.kind != "stopping" else [])
+    return plant, [
+        *notes,
+        *said,
+        *_applied(plant, order, fit.largest_inputs),
+        *_beyond_the_speeds(plant, fit.speeds),
+    ]
+
+
+def _applied(plant: Plant, order: Order, largest: Mapping[str, float]) -> list[str]:
+    """How the order is applied, and which commands the logs do not have."""
+    if order.kind == "stopping":
+        return plant.helm.beyond(0.0, -order.reverse, largest)
+    return [*plant.helm.beyond(order.helm, 1.0, largest), *plant.helm.words(order.helm)]
+
+
+def _beyond_the_speeds(plant: Plant, speeds: tuple[float, float] | None) -> list[str]:
+    """What is said of an approach at a speed that the logs do not have."""
+    low, high = speeds or (-math.inf, math.inf)
+    if low / BEYOND <= plant.speed <= BEYOND * high:
+        return []
+    return [
+        f"An approach at {plant.speed:.3g} m/s is an extrapolation: the logs have {low:.3g} to {high:.3g} m/s."
+    ]
 
 
 def _check_log(name: str | None, known: tuple[str, ...]) -> None:

@@ -27,7 +27,7 @@ class Order:
         ``zigzag``, ``circle``, ``spiral`` or ``stopping``.
     helm : float
         Rudder (or azimuth) angle, rad; where thrusters steer by their difference, 35 degrees stop the inner one and
-        double the outer one, which goes no further than its calibration does.
+        double the outer one, which goes no further than its range does.
     heading : float
         Change of heading at which a zigzag's helm is reversed, rad.
     side : int

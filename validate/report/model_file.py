@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from validate.report.schema import MODEL, ModelEffectEntry, ModelFile, ModelPara
 #: What of a fit goes into ``provenance``, under its own name.
 FROM_FIT = (
     "estimator", "optimiser", "seed", "chi2_per_dof", "stopped", "digest", "notes", "u0", "typical_inputs",
-    "largest_inputs", "misfit",
+    "largest_inputs", "misfit", "speeds",
 )  # fmt: skip
 
 
@@ -101,6 +101,7 @@ def read_model(path: Path) -> Fit:
         typical_inputs=provenance.get("typical_inputs") or {},
         largest_inputs=provenance.get("largest_inputs") or {},
         misfit=float(provenance.get("misfit") or 1.0),
+        speeds=_pair(provenance.get("speeds")),
     )
 
 
@@ -135,6 +136,10 @@ def _check_covariance(path: Path, file: ModelFile) -> None:
 
 def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
+
+
+def _pair(values: Sequence[float] | None) -> tuple[float, float] | None:
+    return None if values is None else (float(values[0]), float(values[1]))
 
 
 def _parameter_entry(p: Estimated) -> ModelParameterEntry:
