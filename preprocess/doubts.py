@@ -15,6 +15,10 @@ from preprocess.vessel import Input
 
 #: Rudders do not turn farther, rad.
 FARTHEST = np.radians(100.0)
+#: A rudder that never passes this, rad, does not turn a vessel so far round, rad, …
+LITTLE, FAR_ROUND = np.radians(1.05), np.radians(45.0)
+#: … where its yaw rate follows this share of the rudder's movement, in so many samples at least.
+FOLLOWED, ENOUGH = 0.5, 100
 #: Turning is compared over so long, s, or a little longer, where it is in this many places at least.
 OVER, LONGEST, PLACES = 5.0, 7.5, 8
 #: More samples of the yaw rate than so many tell what was turned over that time; alone it tells where as often, s.
@@ -46,7 +50,8 @@ def doubts(
     states : DataFrame
         The smoothed motion.
     """
-    found = [too_far(inputs[i.name]) for i in declared if i.kind == "rudder" and i.name in inputs]
+    rudders = [inputs[i.name] for i in declared if i.kind == "rudder" and i.name in inputs]
+    found = [too_far(r) or too_little(r, states) for r in rudders]
     found.append(turns_apart(measurements))
     return [words for words in (*found, across(states)) if words]
 
@@ -57,6 +62,33 @@ def too_far(rudder: Measurement) -> str | None:
     if most <= FARTHEST:
         return None
     return f"{rudder.name} reaches {np.degrees(most):.0f}°, farther than a rudder turns: is its unit right?"
+
+
+def too_little(rudder: Measurement, states: pd.DataFrame) -> str | None:
+    """What is said of a rudder that turns the vessel far round by next to nothing."""
+    t, delta = rudder.t[rudder.good], rudder.value[rudder.good]
+    most = float(np.max(np.abs(delta), initial=0.0))
+    known = states.dropna(subset=["psi", "r"])
+    if most > LITTLE or len(known) < ENOUGH or not np.ptp(delta):
+        return None
+    round_by = float(np.ptp(known["psi"]))
+    at, r = (known[k].to_numpy(dtype=float) for k in ("t", "r"))
+    if round_by < FAR_ROUND or followed(at, r, np.interp(at, t, delta)) < FOLLOWED:
+        return None
+    return (
+        f"{rudder.name} never passes {np.degrees(most):.2g}°, and the vessel turns by {np.degrees(round_by):.0f}° "
+        "with it: is its unit right?"
+    )
+
+
+def followed(t: FloatArray, r: FloatArray, delta: FloatArray) -> float:
+    """Share (0…1) of a rudder's movement (n,) that the yaw rate (n,) follows: T ṙ + r = K δ (Nomoto 1957)."""
+    left = delta - delta.mean()
+    if not left.any():
+        return 0.0
+    design = np.column_stack([np.ones(len(t)), r, np.gradient(r, t)])
+    fit, *_ = np.linalg.lstsq(design, left, rcond=None)
+    return 1.0 - float(np.sum((left - design @ fit) ** 2) / np.sum(left**2))
 
 
 def turns_apart(measurements: Mapping[str, Measurement]) -> str | None:

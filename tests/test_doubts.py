@@ -10,7 +10,7 @@ import pytest
 
 from ingest.log import Source
 from preprocess.assembly import measurement
-from preprocess.doubts import across, doubts, too_far, turning_apart
+from preprocess.doubts import across, doubts, too_far, too_little, turning_apart
 from preprocess.judge import judge
 from preprocess.raw import Raw
 from preprocess.trial import Measurement
@@ -32,7 +32,7 @@ HEADING, GYRO, RUDDER = measured("heading", PSI), measured("yaw_rate", RATE), me
 
 def track(course):
     """Motion at 2 m/s along a course beside the heading."""
-    return pd.DataFrame({"t": T, "u": 2.0 * np.cos(course), "v": 2.0 * np.sin(course)})
+    return pd.DataFrame({"t": T, "psi": PSI, "u": 2.0 * np.cos(course), "v": 2.0 * np.sin(course), "r": RATE})
 
 
 def test_signals_of_a_vessel_are_not_doubted():
@@ -71,6 +71,16 @@ def test_few_samples_tell_nothing():
 def test_a_rudder_in_degrees_that_are_called_radians_is_doubted():
     assert "rudder reaches 1146°" in too_far(measured("rudder", 20.0 * np.sin(0.3 * T), 1e-6))
     assert too_far(RUDDER) is None
+
+
+def test_a_rudder_in_radians_that_are_called_degrees_is_doubted_where_the_vessel_turns_with_it():
+    turning = pd.DataFrame({"t": T, "psi": 4.0 * PSI, "r": 4.0 * RATE})
+    small = measured("rudder", np.radians(0.3 * np.sin(0.3 * T + 0.8)), 1e-5)
+    assert "rudder never passes 0.3°, and the vessel turns by 229° with it" in too_little(small, turning)
+    jitter, idle = (measured("rudder", 0.0 * T, s) for s in (1e-3, 0.0))
+    usual = measured("rudder", 0.3 * np.sin(0.3 * T + 0.8))
+    assert [too_little(r, turning) for r in (jitter, idle, usual)] == [None] * 3
+    assert too_little(small, turning.assign(psi=0.1 * PSI, r=0.1 * RATE)) is None
 
 
 def test_a_track_across_the_heading_is_doubted():
