@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from identify.physical import Physical
 from validate.report.svg import Axes, Series, limits_of, path, stack, tick_text, ticks
 from validate.report.thinning import even, extremes
-from validate.report.words import number, plus_minus
+from validate.report.words import number, plus_minus, share
 
 
 @settings(max_examples=50)
@@ -76,8 +76,26 @@ def test_numbers_have_true_minus_signs_and_dashes():
 @given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
 def test_ticks_are_round_and_inside(low, span):
     found = ticks(low, low + span)
-    assert len(found) <= 8
+    assert 2 <= len(found) <= 8
     assert all(low - 1e-6 * span <= t <= low + span * (1 + 1e-6) for t in found)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-0.45, 0.45), (-0.46, 0.03), (0.9, 1.4), (-0.001, 0.0049)])
+def test_a_low_plot_has_two_ticks_at_least(low, high):
+    found = ticks(low, high, most=3)
+    assert len(found) >= 2
+    assert all(low - 1e-9 <= t <= high + 1e-9 for t in found)
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        (0.9991, "0.9991"), (0.99995, "0.99995"), (0.999, "0.999"), (0.99876, "0.9988"), (0.9999953, "0.999995"),
+        (0.98, "0.980"), (1.0, "1.000"), (1.0 - 1e-9, "1.000"), (-0.12, "−0.120"), (-12.3, "−12.3"), (None, "–"),
+    ],
+)  # fmt: skip
+def test_an_r2_near_one_has_the_digits_that_tell_it_from_another(value, says):
+    assert share(value) == says
 
 
 def test_tick_text_has_the_decimals_of_the_step():

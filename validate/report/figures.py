@@ -62,8 +62,8 @@ def channel_figure(name: str, log: str, table: pd.DataFrame, trials: list[Trial]
     if smoothed is None or (after is None and before is None):
         return None
     predicted = [p for p in (before, after) if p is not None]
-    series = [Series("raw", t, raw, "dots")] if raw is not None else []
-    series += [Series("smooth", t, smoothed)]
+    series = [Series("smooth", t, smoothed)]
+    series += [Series("raw", t, raw, "dots")] if raw is not None else []
     series += [Series(s, t, p) for s, p in (("before", before), ("after", after)) if p is not None]
     symbol = SYMBOL.get(channel, channel)
     guests = predicted + ([raw] if raw is not None else [])

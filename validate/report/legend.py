@@ -9,6 +9,7 @@ from identify.forces import azimuth_of, groups
 from identify.term import factors_of
 from preprocess.columns import input_unit
 from preprocess.vessel import Input
+from validate.report.effect_terms import texts
 from validate.report.words import joined, number
 
 #: Symbols that mean the same aboard every vessel, with the factors that they are made of.
@@ -28,9 +29,7 @@ MOTION = (
 
 def legend(fit: Fit) -> list[tuple[str, str]]:
     """Symbol and meaning of everything that stands in the equations of a fit."""
-    terms = [p.term for p in fit.coefficients if p.term]
-    terms += [p.term for e in fit.effects for p in e.parameters if p.term]
-    used = {f for t in terms for f in factors_of(t)}
+    used = {f for t in texts(fit) for f in factors_of(t)}
     general = [(symbol, words) for symbol, of, words in GENERAL if of & used]
     return [MOTION, *general, *_of_angles(fit.inputs, used), *_of_forces(fit.inputs, used)]
 

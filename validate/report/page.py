@@ -11,25 +11,14 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from identify.fit import Estimated
+from identify.fit import Estimated, Fit
 from preprocess.trial import Trial
-from validate.diagnosis import Candidate, Results, Round
+from validate.diagnosis import Results
 from validate.report import words
 from validate.report.contents import logs_with_trials, report_of, seatrial_version
-from validate.report.figures import CHANNELS, SYMBOL, Figure, channel_figure, column, input_figure
-from validate.report.labels import (
-    advice_words,
-    bars,
-    finding_words,
-    in_words,
-    label_of,
-    outcome_words,
-    ranked,
-    refitted,
-    short_remark_of,
-    taken_of,
-    taken_words,
-)
+from validate.report.effect_terms import beside, equations_and_terms
+from validate.report.figures import SYMBOL, Figure, channel_figure, input_figure
+from validate.report.labels import advice_words, finding_words, in_words
 from validate.report.legend import legend
 from validate.report.names import slug
 from validate.report.parameters import (
@@ -41,20 +30,20 @@ from validate.report.parameters import (
 )
 from validate.report.plan import plan_figure
 from validate.report.reading import manoeuvres, noticed, signal_rows
-from validate.report.scores import has_two, log_scores, scaled, score_rows, score_words
+from validate.report.round_rows import found_apart, round_rows, spreads
+from validate.report.sailed import particulars, prime, ranges
+from validate.report.scores import has_two, log_scores, score_rows, score_words
 from validate.structure_left import seconds_ahead
 
 LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "rerun-sdk")
-#: The share of a channel's standard deviation above which structure is material, unless told otherwise.
-MATERIALITY = 0.10
+#: The bars of what stays unexplained reach so many times what is material, or the largest of them.
+WITHIN_REACH = 3.0
 #: A standard error of more than so many times the value is not given as a share of it.
 UNKNOWN = 10.0
-#: A prediction ran away where its error is so many times the standard deviation of what was measured.
-RUN_AWAY = 10.0
 #: Logs that are drawn; the others are in the recording.
 PLOTTED = 24
-#: Candidates of a round that are shown; the others are in report.json.
-RANKED = 12
+#: Figures of the first log that stand at the top: its track and the first channels.
+TOP = 4
 
 
 def report_page(results: Results) -> str:
@@ -107,40 +96,72 @@ def answer(results: Results) -> dict[str, Any]:
         "scores": score_rows(results.validation_before, results.validation_after),
         "effects": [(words.effect_words(e.fitted), e.p_value, [in_words(x) for x in e.look_alikes])
                     for e in (found.effects if found else ())],
-        "unexplained": list(found.unexplained.items()) if found else [],
+        "unexplained": unexplained_rows(found.unexplained, found.materiality) if found else [],
+        "material_at": 100 * found.materiality / reach(found.unexplained, found.materiality) if found else 0.0,
         "ahead": f"{seconds_ahead(results.after.vessel.length):.0f} s",
-        "materiality": MATERIALITY,
+        "materiality": found.materiality if found else 0.0,
         "statistical": words.STATISTICAL,
         "advice": advice_words(found.advice) if found else "",
     }  # fmt: skip
 
 
+def reach(unexplained: Mapping[str, float], materiality: float) -> float:
+    """The share that a whole bar stands for: the mark of what is material is seen, and what is far above it."""
+    return min(
+        1.0,
+        max([WITHIN_REACH * max(materiality, 1e-3), *(x for x in unexplained.values() if np.isfinite(x))]),
+    )
+
+
+def unexplained_rows(
+    unexplained: Mapping[str, float], materiality: float
+) -> list[tuple[str, float, float, bool]]:
+    """Channel, share that stays unexplained, length of its bar in %, and whether it is material."""
+    whole = reach(unexplained, materiality)
+    return [
+        (SYMBOL.get(c, c), x, round(100 * min(1.0, max(0.0, np.nan_to_num(x)) / whole), 1), x > materiality)
+        for c, x in unexplained.items()
+    ]
+
+
 def model(results: Results) -> dict[str, Any]:
     """Equations, parameters, their intervals and correlations."""
     fit = results.after
-    rows = [
+    without_dimension, speed = prime(fit, results.trials)
+    return {
+        "fit": fit,
+        "particulars": particulars(fit.vessel, results.trials),
+        "ranges": ranges(results.trials),
+        "prime_speed": speed if without_dimension else 0.0,
+        "with_effects": words.joined(dict.fromkeys(words.name_of(e) for e in fit.effects)),
+        "beside": list(beside(fit)),
+        "equations": list(results.equations) or words.equations(fit),
+        "legend": legend(fit),
+        "parameters": parameter_rows(fit, without_dimension),
+        "intervals": interval_figure(fit),
+        "correlations": correlation_figure(fit),
+        "pairs": strong_pairs(fit)[:8],
+    }
+
+
+def parameter_rows(fit: Fit, without_dimension: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Every parameter as it is shown, with its prime value where there is one (by its place)."""
+    named = zip(labels(fit), all_parameters(fit), equations_and_terms(fit), strict=True)
+    return [
         {
             "name": name,
-            "dof": p.dof,
-            "term": p.term,
+            "dof": words.RATES.get(dof, dof),
+            "term": term,
             "value": words.plus_minus(p.value, p.stderr),
             "interval": words.interval(p.value, p.stderr),
             "unit": "–" if p.unit in ("", "1") else p.unit,
             "sure": p.identifiable and not p.at_bound,
             "bound": p.at_bound,
             "remark": remark(p),
+            "prime": without_dimension.get(k, ""),
         }
-        for name, p in zip(labels(fit), all_parameters(fit), strict=True)
+        for k, (name, p, (dof, term)) in enumerate(named)
     ]
-    return {
-        "fit": fit,
-        "equations": list(results.equations) or words.equations(fit),
-        "legend": legend(fit),
-        "parameters": rows,
-        "intervals": interval_figure(fit),
-        "correlations": correlation_figure(fit),
-        "pairs": strong_pairs(fit)[:8],
-    }
 
 
 def remark(p: Estimated) -> str:
@@ -162,20 +183,12 @@ def evidence(results: Results) -> dict[str, Any]:
         "logs": [(entry, manoeuvres(trials)) for entry, (_, _, trials) in zip(entries, logs, strict=True)],
         "signals": signal_rows(entries),
         "noticed": [*([("The logs together", results.remarks)] if results.remarks else []), *noticed(logs)],
-        "plots": plots,
+        "plots": [{**p, "above": k == 0, "figures": p["figures"][TOP * (k == 0) :]} for k, p in enumerate(plots)],
         "not_drawn": [name for name, _ in drawn[PLOTTED:]],
-        "hero": [again(f, plots[0]["id"]) for f in plots[0]["figures"][:4]] if plots else [],
+        "hero": plots[0]["figures"][:TOP] if plots else [],
         "rounds": [round_rows(r, spreads(results)) for r in rounds],
-        "apart": found_apart(results),
+        "apart": found_apart(results.diagnosis),
     }  # fmt: skip
-
-
-def again(figure: Figure, key: str) -> Figure:
-    """The same figure for a second place on the page: its ids must differ."""
-    return Figure(
-        figure.caption,
-        figure.svg.replace(f'id="{key}-', f'id="top-{key}-').replace(f"#{key}-", f"#top-{key}-"),
-    )
 
 
 def log_plots(results: Results, name: str, trials: list[Trial]) -> dict[str, Any]:
@@ -191,74 +204,6 @@ def log_plots(results: Results, name: str, trials: list[Trial]) -> dict[str, Any
     ]
     figures.append(input_figure(f"{key}-inputs", name, table, results.actuators.get(name), trials))
     return {"name": name, "id": key, "role": " and ".join(roles), "figures": [f for f in figures if f]}
-
-
-def spreads(results: Results) -> dict[str, float]:
-    """Standard deviation of every channel over all logs, SI."""
-    tables = results.predictions.values()
-    found = {c: [v for t in tables if (v := column(t, c)) is not None] for c, _, _, _ in CHANNELS}
-    return {c: float(np.nanstd(np.concatenate(v))) for c, v in found.items() if v}
-
-
-def round_rows(r: Round, spread: Mapping[str, float]) -> dict[str, Any]:
-    """One round: tests by name with p-values per channel, candidates best first with their bars."""
-    names = list(dict.fromkeys(t.name for t in r.residual_tests))
-    channels = list(dict.fromkeys(t.channel for t in r.residual_tests))
-    value = {(t.name, t.channel): t.p_value for t in r.residual_tests}
-    order = ranked(r)
-    taken = taken_of(r)
-    return {
-        "channels": [SYMBOL.get(c, c) for c in channels],
-        "tests": [(n, [value.get((n, c)) for c in channels]) for n in names],
-        "candidates": [
-            candidate_row(c, share, c is taken, spread)
-            for c, share in list(zip(order, bars(order), strict=True))[:RANKED]
-        ],
-        "more": len(order) - RANKED,
-        "outcome": outcome_words(r),
-        "taken": taken_words(r),
-    }
-
-
-def found_apart(results: Results) -> list[str]:
-    """Effects that no round took: those with a test of their own (waves, wiring)."""
-    found = results.diagnosis
-    if found is None:
-        return []
-    accepted = {r.accepted for r in found.rounds}
-    return [in_words(e.fitted.name) for e in found.effects if e.fitted.name not in accepted]
-
-
-def tamed(value: float | None, scale: float, spread: float) -> str:
-    """An error in the unit for reading; in words where the prediction ran away."""
-    if value is not None and (np.isinf(value) or value > RUN_AWAY * spread):
-        return "runs away"
-    return scaled(value, scale)
-
-
-def candidate_row(c: Candidate, share: float, taken: bool, spread: Mapping[str, float]) -> dict[str, Any]:
-    """One candidate as it is shown; ``spread`` is the standard deviation of each channel."""
-    scale = {name: factor for name, _, _, factor in CHANNELS}
-    change = [
-        (
-            k,
-            *(
-                tamed(x, scale.get(k, 1.0), spread.get(k, np.inf))
-                for x in (c.rmse_before[k], c.rmse_after.get(k))
-            ),
-        )
-        for k in c.rmse_before
-        if refitted(c) and c.rmse_before[k] != c.rmse_after.get(k)
-    ]
-    return {
-        "name": in_words(label_of(c)),
-        "evidence": c.evidence,
-        "bar": round(100 * share, 1),
-        "p_value": c.p_value,
-        "change": change,
-        "note": short_remark_of(c),
-        "taken": taken,
-    }
 
 
 def settings(results: Results) -> dict[str, Any]:

@@ -9,13 +9,16 @@ from preprocess.trial import FloatArray
 from validate.report.figures import Figure
 from validate.report.labels import in_words
 from validate.report.svg import line, picture, text
-from validate.report.words import number
+from validate.report.thinning import IntArray
+from validate.report.words import number, plain_name
 
 ROW, LEFT, WIDTH = 18, 60, 420
 #: Pixels of a letter, about.
 LETTER = 6.3
 #: Correlations above this are named under the heat map.
 STRONG = 0.95
+#: Parameters of a heat map at most, and pixels of its narrowest cell, which a line of its names needs.
+MOST_DRAWN, NARROWEST = 20, 12.5
 
 
 def all_parameters(fit: Fit) -> list[Estimated]:
@@ -25,8 +28,13 @@ def all_parameters(fit: Fit) -> list[Estimated]:
 
 def labels(fit: Fit) -> list[str]:
     """A short name for each parameter."""
-    own = [p.name for p in fit.coefficients]
-    return own + [f"{in_words(e.name)}: {p.name}" for e in fit.effects for p in e.parameters]
+    own, names = [p.name for p in fit.coefficients], [e.name for e in fit.effects]
+    begins = [
+        in_words(e.name) + (f" of {e.input}" if e.input and names.count(e.name) > 1 else "")
+        for e in fit.effects
+    ]
+    of_effects = zip(begins, fit.effects, strict=True)
+    return own + [f"{begin}: {plain_name(p.name)}" for begin, e in of_effects for p in e.parameters]
 
 
 def interval_figure(fit: Fit) -> Figure | None:
@@ -94,14 +102,19 @@ def strong_pairs(fit: Fit) -> list[str]:
 
 
 def correlation_figure(fit: Fit) -> Figure | None:
-    """Heat map of the correlations; positive and negative in two colours, strength as opacity."""
+    """Heat map of the correlations; positive and negative in two colours, strength as opacity.
+
+    Of more parameters than have legible names those are drawn that go most with another.
+    """
     rho, names = correlation(fit), labels(fit)
-    p = len(names)
-    if len(rho) != p or p < 2:
+    count = len(names)
+    if len(rho) != count or count < 2:
         return None
+    kept = most_correlated(rho)
+    rho, names = rho[np.ix_(kept, kept)], [names[k] for k in kept]
     edge = 8 + 6.2 * max(map(len, names))
-    cell = max(9.0, min(34.0, (WIDTH - edge) / p))
-    wide = edge + cell * p + 4
+    cell = max(NARROWEST, min(34.0, (WIDTH - edge) / len(kept)))
+    wide = edge + cell * len(kept) + 4
     body = "".join(_cells(rho, edge, cell))
     for k, name in enumerate(names):
         middle = edge + cell * (k + 0.5)
@@ -109,8 +122,15 @@ def correlation_figure(fit: Fit) -> Figure | None:
             middle + 3.5, edge - 4, name, "start", "small", -90
         )
     strongest = "; ".join(strong_pairs(fit)[:3]) or f"none above {STRONG}"
-    label = f"correlations of the {p} parameters; strongest: {strongest}"
-    return Figure("Correlations: blue positive, orange negative", picture(wide, wide, label, body))
+    of = "" if len(kept) == count else f", the {len(kept)} of {count} parameters that go most with another"
+    label = f"correlations of the {count} parameters; strongest: {strongest}"
+    return Figure(f"Correlations: blue positive, orange negative{of}", picture(wide, wide, label, body))
+
+
+def most_correlated(rho: FloatArray) -> IntArray:
+    """Rows of a correlation matrix that are drawn, in order: all, or of many those that go most with another."""
+    apart = np.abs(np.nan_to_num(rho)) * (1.0 - np.eye(len(rho)))
+    return np.sort(np.argsort(-apart.max(axis=1), kind="stable")[:MOST_DRAWN])
 
 
 def _cells(rho: FloatArray, edge: float, cell: float) -> list[str]:

@@ -80,10 +80,10 @@ def plan_figure(
     if not two:
         tracks.pop("_before", None)
     chart = chart_of(list(tracks.values()), 1, 0.6 * fit.vessel.length)
-    drawn = _fixes(chart, trials)
-    for suffix, style in (("", "smooth"), ("_before", "before"), ("_after", "after")):
-        if suffix in tracks:
-            drawn += _track(chart, *tracks[suffix], style)
+    drawn = _track(chart, *tracks[""], "smooth") + _fixes(chart, trials)
+    for style in ("before", "after"):
+        if f"_{style}" in tracks:
+            drawn += _track(chart, *tracks[f"_{style}"], style)
     drawn += _hulls(chart, table, fit.vessel)
     frame = f'<rect class="frame" x="1" y="1" width="{WIDTH - 2:.0f}" height="{HEIGHT - 2:.0f}"/>'
     clip = f'<clipPath id="{name}"><rect width="{WIDTH:.0f}" height="{HEIGHT:.0f}"/></clipPath>'

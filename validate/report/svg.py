@@ -46,13 +46,19 @@ class Axes:
 
 
 def ticks(low: float, high: float, most: int = 5) -> list[float]:
-    """Round numbers inside a range."""
+    """Round numbers inside a range: about as many as wanted, and two at least, which alone tell the scale."""
     span = high - low
     if not (math.isfinite(span) and span > 0):
         return [low] if math.isfinite(low) else []
     raw = span / max(1, most)
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw * (1 - 1e-9))
+    found = _inside(low, high, step)
+    return found if len(found) > 1 else ticks(low, high, most + 1)
+
+
+def _inside(low: float, high: float, step: float) -> list[float]:
+    """Multiples of a step inside a range."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [k * step for k in range(first, last + 1)]
 

@@ -16,6 +16,10 @@ from validate.diagnosis import Results, TakenEffect, Verdict
 from validate.report.labels import in_words
 
 DEGREES = 180.0 / math.pi
+#: What stands on the left of the equation of a channel.
+RATES = {"u": "u̇", "v": "v̇", "r": "ṙ"}
+#: What an R² lacks of one where three decimals say too little of it, and where it lacks nothing that matters.
+NEARLY, NEAREST = 0.01, 1e-7
 #: Effects of which there is no "one".
 UNCOUNTED = frozenset((
     "waves", "propeller_walk", "thrust_fade", "thrust_loss_with_speed", "quadratic_damping", "turning_resistance",
@@ -43,10 +47,15 @@ def interval(value: float, error: float) -> str:
 
 
 def share(value: float | None) -> str:
-    """An R² with three decimals; far below zero, three digits."""
+    """An R² with three decimals; near one as many as tell what it lacks of it, far below zero three digits."""
     if value is None or not math.isfinite(value):
         return "–"
-    return f"{value:.3f}".replace("-", "−") if value > -10 else number(value)
+    if value <= -10:
+        return number(value)
+    lacking = 1.0 - value
+    decimals = -last_digit(lacking) if NEAREST < lacking < NEARLY else 3
+    whole, rest = f"{value:.{decimals}f}".split(".")
+    return f"{whole}.{rest.rstrip('0'):0<3}".replace("-", "−")
 
 
 def percent(share: float | None) -> str:
@@ -123,6 +132,11 @@ def quantity(p: Estimated, errors: bool = True) -> str:
     value = value % 360 if p.name == "direction" and math.isfinite(value) else value
     gap = "" if unit == "°" or not unit else " "
     return (plus_minus(value, error) if errors else number(value)) + gap + unit
+
+
+def name_of(effect: FittedEffect) -> str:
+    """An effect without its numbers: ``actuator lag of rudder``."""
+    return plain_name(effect.name) + (f" of {effect.input}" if effect.input else "")
 
 
 def effect_words(effect: FittedEffect, errors: bool = True) -> str:
@@ -248,6 +262,6 @@ def equations(fit: Fit) -> list[str]:
         signed = [
             f"{'−' if v < 0 else '+'} {number(abs(v), 4)} {'' if t == '1' else t}".strip() for v, t in terms
         ]
-        left = {"u": "u̇", "v": "v̇", "r": "ṙ"}.get(dof, dof)
+        left = RATES.get(dof, dof)
         out.append(f"{left} = {' '.join(signed).removeprefix('+ ')}")
     return out
