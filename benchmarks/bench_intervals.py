@@ -88,7 +88,7 @@ def _begun(structure: Structure, values: Values) -> FloatArray:
 
 
 def _made(prepared: Prepared, fitted: Fitted) -> Fit:
-    return make_fit(prepared, fitted, estimator="output_error", optimiser="gauss_newton", seed=0)
+    return make_fit(prepared, fitted, estimator="output_error", optimiser="auto", seed=0)
 
 
 def _found(values: Values, plain: Fit, now: Fit) -> list[Found]:

@@ -199,7 +199,9 @@ def methods() -> list[str]:
     lines += [
         "## Optimisers",
         "",
-        "All by ask and tell: a run can be saved, resumed and repeated from its state.",
+        "All by ask and tell: a run can be saved, resumed and repeated from its state. `auto` is Gauss-Newton with",
+        "`output_error`; with a regression it leaves the hyper-parameters to the estimator. The report has the name of",
+        "what was at work: `auto`, too, where an estimator has nothing to search for.",
         "",
     ]
     lines += table(("name", "source"), ((code(o.name), o.source) for o in OPTIMISERS.values()))

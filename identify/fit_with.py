@@ -19,6 +19,14 @@ def takes_optimiser(estimator: str) -> bool:
     return estimator in TUNABLE
 
 
+def optimiser_told(estimator: str, optimiser: str) -> str:
+    """The name of the optimiser that was at work; ``auto`` where the one that was asked for changes nothing.
+
+    That is Gauss-Newton with output error, and none with a regression.
+    """
+    return optimiser if takes_optimiser(estimator) else "auto"
+
+
 def fit_with(prepared: Prepared, estimator: str = "auto", optimiser: str = "auto", seed: int = 0) -> Fitted:
     """Fit the declared structure.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.choose_model import CONSIDERED, RICH, missing_inputs
-from identify.fit_with import fit_as_a_run_ends, takes_optimiser
+from identify.fit_with import fit_as_a_run_ends, optimiser_told
 from identify.models import MODEL_BY_NAME
 from identify.predict import free_run
 from identify.prepare import Prepared, prepare
@@ -71,9 +71,7 @@ def methods(
 ) -> tuple[Method, ...]:
     """Every combination that makes a difference: an estimator without hyper-parameters needs no optimiser."""
     named = ["output_error" if e == "auto" else e for e in estimators]
-    every = (
-        Method(m, e, o if takes_optimiser(e) else "auto") for m, e, o in product(models, named, optimisers)
-    )
+    every = (Method(m, e, optimiser_told(e, o)) for m, e, o in product(models, named, optimisers))
     return tuple(dict.fromkeys(every))
 
 

@@ -107,7 +107,7 @@ def test_a_fit_far_from_the_noise_says_that_it_is_a_mean():
         ),
     )
     fitted = fit_far_from_noise(deaf.structure, deaf.identify)
-    fit = make_fit(deaf, fitted, estimator="output_error", optimiser="gauss_newton", seed=0)
+    fit = make_fit(deaf, fitted, estimator="output_error", optimiser="auto", seed=0)
     if fitted.mean is None:
         pytest.fail("whole logs were not followed better")
     assert words_of(fitted.mean) in fit.notes

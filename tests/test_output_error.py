@@ -66,7 +66,7 @@ def test_a_search_in_a_model_that_lacks_an_effect_comes_to_its_end():
 def test_parameters_come_back_within_their_standard_errors():
     prepared, fitted = clean_fit()
     truth = modulus_truth(campaign()[0])
-    fit = make_fit(prepared, fitted, estimator="output_error", optimiser="gauss_newton", seed=0)
+    fit = make_fit(prepared, fitted, estimator="output_error", optimiser="auto", seed=0)
     assert {(c.dof, c.term) for c in fit.coefficients} == set(truth)
     errors = np.array([(c.value - truth[c.dof, c.term]) / c.stderr for c in fit.coefficients])
     assert np.abs(errors).max() < 4.0

@@ -62,7 +62,7 @@ def test_rounded_inputs_leave_a_clean_campaign_clean():
     assert 0.9 < found.chi2_per_dof < 1.1
     truth = modulus_truth(logged()[0])
     fit, other = (
-        make_fit(prepared, f, estimator="output_error", optimiser="gauss_newton", seed=0)
+        make_fit(prepared, f, estimator="output_error", optimiser="auto", seed=0)
         for f in (found, unaware)
     )
     off = [

@@ -40,7 +40,7 @@ def fit_of(coefficients, model, inputs, spread=0.0, effects=(), **options):
     )
     variance = [e.stderr**2 for e in (*own, *(q for f in effects for q in f.parameters))]
     return Fit(
-        model, BOAT, inputs, "output_error", "gauss_newton", 0, own, tuple(effects), np.diag(variance), 1.0, "", "",
+        model, BOAT, inputs, "output_error", "auto", 0, own, tuple(effects), np.diag(variance), 1.0, "", "",
         **options,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ import pandas as pd
 
 from identify.estimators import ESTIMATORS
 from identify.fit import Fit
-from identify.fit_with import fit_with
+from identify.fit_with import fit_with, optimiser_told
 from identify.fitted import Fitted
 from identify.free_running import free_running_misfit
 from identify.held_inputs import prepare_best
@@ -123,7 +123,7 @@ def analyse(
     runs = [predictions(f.solution.structure, f.solution.p, stretches) for f in (declared, after)]
     scored = [validation(prepared.structure, stretches, r) for r in runs]
     made = [
-        make_fit(prepared, f, estimator=_estimator(estimator), optimiser=_optimiser(optimiser), seed=seed)
+        _told(prepared, f, _estimator(estimator), optimiser, seed)
         for f in ([declared] if after is declared else [declared, after])
     ]
     progress("validate", "what is left", 0.8)
@@ -259,7 +259,7 @@ def _borne_out(
 
 def _windowed(estimator: str, optimiser: str) -> bool:
     """Whether the declared model was fitted as the loop fits."""
-    return _estimator(estimator) == "output_error" and _optimiser(optimiser) == "gauss_newton"
+    return _estimator(estimator) == "output_error" and optimiser == "auto"
 
 
 def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:
@@ -281,8 +281,11 @@ def _estimator(name: str) -> str:
     return "output_error" if name == "auto" else name
 
 
-def _optimiser(name: str) -> str:
-    return "gauss_newton" if name == "auto" else name
+def _told(prepared: Prepared, fitted: Fitted, estimator: str, optimiser: str, seed: int) -> Fit:
+    """The data shape of a fit, with how it was made and the speeds that it is of."""
+    optimiser = optimiser_told(estimator, optimiser)
+    fit = make_fit(prepared, fitted, estimator=estimator, optimiser=optimiser, seed=seed)
+    return replace(fit, speeds=prepared.speeds)
 
 
 def _papers(prepared: Prepared, fitted: Fitted, estimator: str) -> tuple[str, ...]:
