@@ -122,6 +122,17 @@ def test_an_unfinished_file_is_read_up_to_the_break(compression, share):
     np.testing.assert_array_equal(table["angular_velocity.z"], whole["angular_velocity.z"].iloc[: len(table)])
 
 
+@pytest.mark.parametrize(
+    ("compression", "most"), [(CompressionType.NONE, 1_000), (CompressionType.LZ4, 20_000)]
+)
+def test_of_a_chunk_that_is_cut_off_only_what_was_not_read_counts_as_damaged(compression, most):
+    raw = recording(200, compression=compression, chunk_size=1 << 20)
+    decoded = decode(raw[: len(raw) * 3 // 5])
+    assert decoded.messages > 500
+    assert decoded.bytes_damaged < most
+    assert decoded.bytes_damaged == sum(f.length or 0 for f in decoded.findings)
+
+
 def test_a_flipped_byte_is_found_by_the_checksum():
     raw = bytearray(recording(100, compression=CompressionType.NONE, chunk_size=8000))
     at = raw.index(struct.pack("<d", 60.0 + 50e-6))

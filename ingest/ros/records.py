@@ -225,15 +225,28 @@ def _chunk(data: memoryview, body: int, end: int, offset: int, contents: Content
     (length,) = struct.unpack_from("<Q", data, at) if at + 8 <= end else (0,)
     packed = data[at + 8 : min(at + 8 + length, end)]
     unpacked = unpack(packed, compression, size)
+    lost = unread(unpacked, len(packed), length, size)
     if len(packed) < length:
-        contents.damage("truncated", "the last chunk is cut off; read up to the break", offset, end - offset)
+        contents.damage("truncated", "the last chunk is cut off; read up to the break", end - lost, lost)
     elif len(unpacked) < size:
-        contents.damage(
-            "damaged", f"a chunk ({compression or 'plain'}) does not unpack", offset, end - offset
-        )
+        text = f"a chunk ({compression or 'plain'}) does not unpack; read up to the break"
+        contents.damage("damaged", text, end - lost, lost)
     elif crc and zlib.crc32(unpacked) != crc:
         contents.damage("damaged", "wrong checksum of a chunk; its records are kept", offset, end - offset)
     yield from _messages(unpacked, contents)
+
+
+def unread(unpacked: memoryview, there: int, length: int, size: int) -> int:
+    """Bytes of a chunk that are there and gave no record: exact where it is plain, else in proportion.
+
+    Parameters
+    ----------
+    unpacked : (n,) bytes
+    there, length, size : int
+        Packed bytes that are there and that were to be, and what they unpack to.
+    """
+    read = end_of_run(np.frombuffer(unpacked, np.uint8), 0) if len(unpacked) else 0
+    return max(0, there - round(length * read / size)) if 0 < read <= size else there
 
 
 def _messages(records: memoryview, contents: Contents) -> Iterator[Batch]:

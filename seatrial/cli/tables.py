@@ -70,7 +70,7 @@ def head_line(facts: LogFacts) -> str:
 def finding_lines(facts: LogFacts) -> Iterator[str]:
     """Damage first, then what else was noticed."""
     share = 100.0 * facts.bytes_damaged / max(facts.bytes_read, 1)
-    yield f"{facts.bytes_damaged:,} bytes damaged ({share:.2g} %)" if facts.bytes_damaged else "no damage"
+    yield f"{facts.bytes_damaged:,} bytes damaged ({share:.3g} %)" if facts.bytes_damaged else "no damage"
     for finding in facts.findings[:MOST_FINDINGS]:
         at = f" at byte {finding.offset:,}" if finding.offset is not None else ""
         topic = f" ({finding.topic})" if finding.topic else ""
