@@ -19,6 +19,7 @@ from ingest.errors import DataError, SeatrialError, UsageError
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.blas import one_blas_thread
+from seatrial.campaign import check_number
 from seatrial.parallel import map_tasks
 from seatrial.pipeline import read_logs, runs_of
 from seatrial.progress import Progress, silent
@@ -125,9 +126,13 @@ def compare(
 
     Raises
     ------
+    UsageError
+        The seed or the number of processes is none.
     DataError
         Where no method gave a model.
     """
+    check_number("seed", seed, 0)
+    check_number("workers", workers, 1)
     progress("ingest", "", 0.0)
     logs = read_logs(campaign, workers)
     progress("preprocess", "", 0.0)

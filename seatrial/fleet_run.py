@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ingest.errors import SeatrialError, UsageError
-from seatrial.campaign import load_campaign
+from seatrial.campaign import check_number, load_campaign
 from seatrial.campaign.load import bytes_of, campaign_file
 from seatrial.parallel import Done, Failure, map_tasks
 from seatrial.writable import check_file, check_folder
@@ -171,6 +171,7 @@ def fleet(
     DataFrame
         One row per campaign, in the order given.
     """
+    check_number("workers", workers, 1)
     known = {r["campaign"]: r for r in read_summary(summary)}
     kept = {} if again else {v.campaign: known[v.campaign] for v in planned if finished(v, known)}
     rows: dict[str, Row] = known | kept

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ingest import read_log
-from ingest.errors import UsageError
 from ingest.log import Log
 from preprocess.cores import on_cores
 from preprocess.run_of_log import LoggedRun
@@ -18,7 +17,7 @@ from preprocess.same_day import on_one_day
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.blas import one_blas_thread
-from seatrial.campaign import Campaign, LogEntry, check_slices, with_options
+from seatrial.campaign import Campaign, LogEntry, check_number, check_slices, with_options
 from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
@@ -76,8 +75,8 @@ def run(
         The data cannot give an answer (exit status 1).
     """
     campaign = with_options(campaign, model, estimator, optimiser)
-    if seed < 0:
-        raise UsageError(f"seed: expected a whole number from 0 up, found {seed}.")
+    check_number("seed", seed, 0)
+    check_number("workers", workers, 1)
     if out is not None:
         check_replaceable(Path(out))
     forget_stale_code()

@@ -88,11 +88,25 @@ def test_options_win_and_are_checked(folder):
         with_options(campaign, model="blankee")
 
 
-def test_a_seed_is_not_negative(folder):
+@pytest.mark.parametrize(
+    ("option", "number"), [("seed", -1), ("seed", None), ("workers", 0), ("workers", -2), ("workers", 1.5)]
+)
+def test_a_seed_and_a_number_of_processes_are_whole_and_none_is_negative(folder, option, number):
+    from seatrial.comparison import compare
     from seatrial.pipeline import run
 
-    with pytest.raises(UsageError, match=r"^seed: .*found -1"):
-        run(load(folder, SMALL), seed=-1)
+    for function in (run, compare):
+        with pytest.raises(
+            UsageError, match=rf"^{option}: expected a whole number from \d up, found {number}"
+        ):
+            function(load(folder, SMALL), **{option: number})
+
+
+def test_a_fleet_needs_a_process(tmp_path):
+    from seatrial.fleet_run import fleet
+
+    with pytest.raises(UsageError, match=r"^workers: .*from 1 up, found 0"):
+        fleet((), tmp_path / "fleet.csv", workers=0)
 
 
 def test_the_speed_that_a_model_is_about_may_be_said(folder):

@@ -42,6 +42,14 @@ def test_a_helm_that_no_rudder_has_is_refused(manoeuvre):
         simulate(blanke(), manoeuvre)
 
 
+@pytest.mark.parametrize("manoeuvre", [None, 20, ("zigzag", 20)])
+def test_what_is_no_order_is_said_with_what_would_be_one(manoeuvre):
+    with pytest.raises(
+        UsageError, match=r"manoeuvre: expected words such as 'zigzag 20/20', or an Order, found"
+    ):
+        simulate(blanke(), manoeuvre)
+
+
 def test_a_helm_beyond_that_of_the_logs_is_called_an_extrapolation(tmp_path):
     write_model(blanke(largest_inputs={"rudder": math.radians(20.0), "n": 12.0}), tmp_path / "model.json")
     fit = read_model(tmp_path / "model.json")

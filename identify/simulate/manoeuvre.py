@@ -15,7 +15,7 @@ from identify.simulate.drawn import drawn
 from identify.simulate.helm import BEYOND, assumed, driven, helm_for, require_steering, shape_of
 from identify.simulate.intervals import measure_of, remarks
 from identify.simulate.measures import Measure, imo_limits
-from identify.simulate.order import Order, checked, parse_order
+from identify.simulate.order import Order, ordered
 from identify.simulate.plant import GRAVITY, Plant, Track, balanced_speed, sail, throttle_for
 from identify.simulate.rebuild import Rebuilt, rebuild
 from identify.simulate.spiral import measure_spiral, run_spiral, short_of_spiral
@@ -96,7 +96,7 @@ def simulate(fit: Fit, manoeuvre: Order | str = "zigzag 20/20", seed: int = 0) -
     DataError
         The model runs away from the approach on.
     """
-    order = checked(parse_order(manoeuvre) if isinstance(manoeuvre, str) else manoeuvre)
+    order = ordered(manoeuvre)
     plant, notes = plant_for(fit, order)
     track, values, short = perform(plant, order)
     if not track.finite:

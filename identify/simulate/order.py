@@ -93,6 +93,21 @@ def parse_order(text: str) -> Order:
     return Order(kind, math.radians(helm), math.radians(heading), -1 if match["side"] == "port" else 1)
 
 
+def ordered(manoeuvre: object) -> Order:
+    """The order that is meant, by its words or as it is.
+
+    Raises
+    ------
+    UsageError
+        Where it is none.
+    """
+    if isinstance(manoeuvre, str):
+        return checked(parse_order(manoeuvre))
+    if isinstance(manoeuvre, Order):
+        return checked(manoeuvre)
+    raise UsageError(f"manoeuvre: expected words such as 'zigzag 20/20', or an Order, found {manoeuvre!r}.")
+
+
 def checked(order: Order) -> Order:
     """The order itself.
 

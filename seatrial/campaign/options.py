@@ -44,6 +44,17 @@ def check_name(option: str, name: str) -> str:
     raise UsageError(f"{option}: expected one of {', '.join(CHOICES[option])}, found '{name}'.{hint}")
 
 
+def check_number(option: str, number: int, least: int) -> None:
+    """Complain of what is no whole number, or less than the least.
+
+    Raises
+    ------
+    UsageError
+    """
+    if not (hasattr(number, "__index__") and number >= least):
+        raise UsageError(f"{option}: expected a whole number from {least} up, found {number}.")
+
+
 def check_positions(campaign: Campaign, model: str) -> None:
     """Every input must have a position where the model needs it."""
     inputs = checked(campaign.path, parsed(campaign.path)).inputs
