@@ -189,10 +189,10 @@ def in_order(topic: str, table: pd.DataFrame) -> tuple[pd.DataFrame, list[Findin
     t = table.index.to_numpy(dtype=np.int64)
     if (clipped := believable(t)) is not t:
         table, t = table.set_axis(clipped, axis=0), clipped
-    late = int((np.diff(t) < 0).sum())
+    late = int((t < np.maximum.accumulate(t)).sum())
     if not late:
         return table, []
-    message = f"{late} records go back in time; sorted"
+    message = f"{late} {'record goes' if late == 1 else 'records go'} back in time; sorted"
     return table.iloc[np.argsort(t, kind="stable")], [Finding("clock", message, topic=topic, count=late)]
 
 

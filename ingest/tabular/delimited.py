@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
+from ingest.blocks import fit_together
 from ingest.clock import continue_clock, without_strays
 from ingest.log import Finding, Source
 from ingest.reader import Decoded, Reader, ReadOptions
@@ -113,7 +114,7 @@ def timed(table: pd.DataFrame, units: dict[str, str], topic: str = TOPIC) -> Dec
     table = table if clock.good.all() else table[clock.good]
     table, ns, twice = _once(table, clock.ns[clock.good])
     ns, strayed = without_strays(ns)
-    ns, clock_findings = continue_clock(ns)
+    ns, clock_findings = (ns, []) if fit_together(ns) else continue_clock(ns)
     table = table.set_axis(pd.Index(ns, name="t_ns"), axis=0)
     stated = {c: units.get(c) or split_unit(c)[1] for c in map(str, table.columns)}
     table, stated, positions = in_degrees(table, stated)
