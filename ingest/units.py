@@ -28,6 +28,7 @@ SIMPLE: dict[str, float] = {
     "degE5": 1e-5 * DEGREE, "degE7": 1e-7 * DEGREE, "deg*1e7": 1e-7 * DEGREE, "deg*1e5": 1e-5 * DEGREE,
     "deglatitude": DEGREE, "deglongitude": DEGREE, "degheading": DEGREE,
     "rev": 1.0, "revs": 1.0, "rps": 1.0, "rpm": 1.0 / 60.0, "RPM": 1.0 / 60.0, "r/min": 1.0 / 60.0,
+    "U/min": 1.0 / 60.0, "u/min": 1.0 / 60.0, "min-1": 1.0 / 60.0, "min^-1": 1.0 / 60.0,
     "kn": 1852.0 / 3600.0, "kt": 1852.0 / 3600.0, "kts": 1852.0 / 3600.0, "knot": 1852.0 / 3600.0,
     "knots": 1852.0 / 3600.0,
     "kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 1609.344 / 3600.0, "fps": 0.3048, "mps": 1.0, "dps": DEGREE,

@@ -218,8 +218,8 @@ def input_candidates(log: Log) -> Iterator[Candidate]:
     """Standard rudder and propeller messages, then fields that are called like an actuator."""
     standard = [s for s in log.sources if s.quantity in ("rudder", "propeller")]
     yield from (detected(log, f"input ({s.quantity})", s) for s in sorted(standard, key=lambda s: -s.rank))
-    taken = {(s.topic, field) for s in standard for field in s.fields.values()}
-    named = [c for c in named_inputs(log) if ("", *c.signal.rsplit(".", 1))[-2:] not in taken]
+    taken = {f"{s.topic}.{field}" if s.topic else field for s in standard for field in s.fields.values()}
+    named = [c for c in named_inputs(log) if c.signal not in taken]
     yield from sorted(named, key=lambda c: not c.moves)
 
 

@@ -18,6 +18,7 @@ from ingest.repeats import repeated, said
 from ingest.tabular.beyond import without_beyond
 from ingest.tabular.dialect import GROUPED, HEAD, Dialect, HeaderAlone, detect, encoding_of
 from ingest.tabular.lines import NEWLINE, Lines, Spans, count_fields, runs, spans_of, with_whole_fields
+from ingest.tabular.namesakes import namesakes
 from ingest.tabular.naming import sources_of, split_unit
 from ingest.tabular.positions import in_degrees
 from ingest.tabular.timeline import Clock, Nanoseconds, clock_of
@@ -86,7 +87,7 @@ def read(path: Path, data: memoryview, options: ReadOptions) -> Decoded:
     table, cells = _numbers(frame, dialect.decimal)
     decoded = timed(table, {str(k): v for k, v in dialect.units.items()})
     bad = sum(f.length or 0 for f in findings)
-    findings += cells
+    findings += [*cells, *namesakes(table, TOPIC)]
     return Decoded(
         tables=decoded.tables,
         units=decoded.units,

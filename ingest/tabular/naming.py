@@ -25,7 +25,8 @@ UNITS: Mapping[str, str] = {
     "m_s": "m/s", "m/s": "m/s", "mps": "m/s", "ms-1": "m/s", "m_s2": "m/s²", "m/s2": "m/s²", "m/s^2": "m/s²",
     "m/s²": "m/s²", "mps2": "m/s²", "kn": "kn", "kt": "kn", "kts": "kn", "knots": "kn", "knot": "kn",
     "km_h": "km/h", "km/h": "km/h", "kmh": "km/h", "kph": "km/h",
-    "rpm": "rpm", "rev_s": "rev/s", "rev/s": "rev/s", "rps": "rev/s", "hz": "rev/s",
+    "rpm": "rpm", "1/min": "rpm", "u/min": "rpm", "r/min": "rpm", "rev/min": "rpm", "min-1": "rpm", "min^-1": "rpm",
+    "rev_s": "rev/s", "rev/s": "rev/s", "rps": "rev/s", "hz": "rev/s",
     "percent": "percent", "pct": "percent", "%": "percent", "n": "N", "newton": "N", "kn_force": "kN",
     "nm": "N m",
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "µs": "us",
@@ -41,6 +42,8 @@ _SUFFIXES = sorted((s for s in UNITS if s not in _BRACKETS_ONLY), key=len, rever
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
+#: What the second, third … column of one name has at its end.
+NAMESAKE = re.compile(r"(?<=[a-zA-Z\])°%])\.[1-9]\d?$")
 _SPEED = re.compile(r"(^|_)(speed|velocity|vel|sog|stw)(_|$)")
 
 
@@ -58,7 +61,10 @@ def split_unit(name: str) -> tuple[str, str]:
     (('heading', 'deg'), ('r', 'deg/s'), ('wind_speed', 'kn'), ('thrust', ''))
     >>> split_unit("boot_ms"), split_unit("vn_ms")
     (('boot', 'ms'), ('vn', 'm/s'))
+    >>> split_unit("rudder_deg.1")
+    ('rudder', 'deg')
     """
+    name = NAMESAKE.sub("", name)
     bracketed = _BRACKETS.match(name)
     if bracketed and bracketed[2].lower() in UNITS:
         return plain(bracketed[1]), UNITS[bracketed[2].lower()]

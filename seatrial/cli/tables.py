@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 
 from rich import box
 from rich.console import Console, RenderableType
@@ -16,6 +18,8 @@ NARROWEST, WIDEST = 40, 100
 WIDEST_CELL = 20
 #: Findings that are shown of one log; the rest is in the JSON.
 MOST_FINDINGS = 8
+#: The number of an element of an array; more than so many are shown as one.
+ELEMENT, MOST_ELEMENTS = re.compile(r"\[(\d+)\]$"), 4
 
 
 def console() -> Console:
@@ -125,9 +129,22 @@ def topic_table(topics: Sequence[TopicFacts]) -> Table:
 
 def fields(topic: TopicFacts) -> str:
     """Field names with units (and ranges, where names say little), and the devices, if several."""
-    names = ", ".join(field_text(f, with_range=not topic.name) for f in topic.fields)
+    shown = together(topic.fields) if topic.name else topic.fields
+    names = ", ".join(field_text(f, with_range=not topic.name) for f in shown)
     devices = f"; sources {', '.join(map(str, topic.sources))}" if len(topic.sources) > 1 else ""
     return names + devices
+
+
+def together(fields: Iterable[FieldFacts]) -> Iterator[FieldFacts]:
+    """The fields, many elements of one array as one: ``covariance[0…35]``."""
+    for (array, unit), found in groupby(fields, key=lambda f: (ELEMENT.sub("[", f.name), f.unit)):
+        same = list(found)
+        if not array.endswith("[") or len(same) <= MOST_ELEMENTS:
+            yield from same
+            continue
+        first, last = (ELEMENT.search(f.name) for f in (same[0], same[-1]))
+        if first and last:
+            yield FieldFacts(f"{array}{first[1]}…{last[1]}]", unit, None, None)
 
 
 def field_text(field: FieldFacts, with_range: bool) -> str:
@@ -151,9 +168,13 @@ def span(low: float | None, high: float | None) -> str:
     """Least to greatest value."""
     if low is None or high is None:
         return ""
-    return f"{short(low)}…{short(high)}" if high > low else f"always {short(low)}"
+    if high <= low:
+        return f"always {short(low)}"
+    digits = next((n for n in range(3, 12) if short(low, n) != short(high, n)), 12)
+    return f"{short(low, digits)}…{short(high, digits)}"
 
 
-def short(value: float) -> str:
-    """A number in few characters."""
-    return f"{value:.0f}" if 1000 <= abs(value) < 1e7 else f"{value:.3g}"
+def short(value: float, digits: int = 3) -> str:
+    """A number in few characters: with so many digits, and those of whole numbers."""
+    whole = f"{value:.0f}" if 1000 <= abs(value) < 1e7 else ""
+    return whole if whole and len(whole.lstrip("-")) >= digits else f"{value:.{digits}g}"
