@@ -134,9 +134,9 @@ def _promise(turn: Turn, screened: Screened) -> float:
 
 
 def _looked_at(screened: Screened, before: dict[str, float], promise: float) -> Candidate:
-    """A candidate that was not refitted: nothing was measured of it."""
+    """A candidate that was not refitted, or given up on the way: nothing was measured of it."""
     active, unknown = screened.active, dict.fromkeys(before, np.nan)
-    remark = f"{active.label}: {NOT_REFITTED}: to first order others promised more"
+    remark = f"{active.label}: {NOT_REFITTED}, or not to its end: others promised more"
     return Candidate(active.effect.name, _input_of(active), np.nan, np.nan, before, unknown, remark, promise)
 
 

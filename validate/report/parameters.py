@@ -122,9 +122,9 @@ def correlation_figure(fit: Fit) -> Figure | None:
             middle + 3.5, edge - 4, name, "start", "small", -90
         )
     strongest = "; ".join(strong_pairs(fit)[:3]) or f"none above {STRONG}"
-    of = "" if len(kept) == count else f", the {len(kept)} of {count} parameters that go most with another"
+    of = "" if len(kept) == count else f" of the {len(kept)} of {count} parameters that go most with another"
     label = f"correlations of the {count} parameters; strongest: {strongest}"
-    return Figure(f"Correlations: blue positive, orange negative{of}", picture(wide, wide, label, body))
+    return Figure(f"Correlations{of}: blue positive, orange negative", picture(wide, wide, label, body))
 
 
 def most_correlated(rho: FloatArray) -> IntArray:
