@@ -19,6 +19,8 @@ FARTHEST = np.radians(100.0)
 LITTLE, FAR_ROUND = np.radians(1.05), np.radians(45.0)
 #: … where its yaw rate follows this share of the rudder's movement, in so many samples at least.
 FOLLOWED, ENOUGH = 0.5, 100
+#: One of a unit of thrust, SI: it is hardly worth a log that has no more.
+ONE = {"percent": 0.01, "N": 1.0}
 #: Turning is compared over so long, s, or a little longer, where it is in this many places at least.
 OVER, LONGEST, PLACES = 5.0, 7.5, 8
 #: More samples of the yaw rate than so many tell what was turned over that time; alone it tells where as often, s.
@@ -50,8 +52,9 @@ def doubts(
     states : DataFrame
         The smoothed motion.
     """
-    rudders = [inputs[i.name] for i in declared if i.kind == "rudder" and i.name in inputs]
-    found = [too_far(r) or too_little(r, states) for r in rudders]
+    there = [(i, inputs[i.name]) for i in declared if i.name in inputs]
+    found = [too_far(m) or too_little(m, states) for i, m in there if i.kind == "rudder"]
+    found += [hardly_driven(m, i.unit) for i, m in there]
     found.append(turns_apart(measurements))
     return [words for words in (*found, across(states)) if words]
 
@@ -89,6 +92,18 @@ def followed(t: FloatArray, r: FloatArray, delta: FloatArray) -> float:
     design = np.column_stack([np.ones(len(t)), r, np.gradient(r, t)])
     fit, *_ = np.linalg.lstsq(design, left, rcond=None)
     return 1.0 - float(np.sum((left - design @ fit) ** 2) / np.sum(left**2))
+
+
+def hardly_driven(thruster: Measurement, unit: str | None) -> str | None:
+    """What is said of a thrust that is declared in percent or newtons and never passes one of them."""
+    value = thruster.value[thruster.good]
+    most = float(np.max(np.abs(value), initial=0.0))
+    if unit not in ONE or not np.ptp(value) or most > ONE[unit]:
+        return None
+    return (
+        f"{thruster.name} never passes {most / ONE[unit]:.2g} {unit}: if that is its share of full thrust, -1…1, "
+        "leave its unit out."
+    )
 
 
 def turns_apart(measurements: Mapping[str, Measurement]) -> str | None:

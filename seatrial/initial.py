@@ -24,6 +24,8 @@ NO_LOGS = frozenset(
 )
 #: Range in which values look like the pulse widths of a servo, µs.
 PULSE = (700.0, 2300.0)
+#: Values of no greater size may be shares of full thrust, which have no unit.
+FULL = 1.05
 #: More inputs than this are offered as comments only.
 MOST_INPUTS = 8
 
@@ -57,9 +59,13 @@ VALUES = """\
 [inputs.{name}]
 # kind = ""              # {mark}: rudder | propeller | thruster | azimuth | tunnel
 signal = {signal}{source}
-# unit = {unit}          # {mark}: rad, deg, rev/s, rpm, percent or N; {span} in these logs
+# unit = {unit}          # {units}; {span} in these logs
 # position = [0.0, 0.0]  # m forward and starboard of the origin; thrusters need it
 """
+
+#: What is said of the unit of values that may be shares of full thrust, and of others.
+SHARES = "none if shares of full thrust (-1…1), else rad, deg, rev/s or rpm"
+OTHERS = f"{MARK}: rad, deg, rev/s, rpm, percent or N"
 
 STANDARD = """\
 [inputs.{kind}]
@@ -240,6 +246,7 @@ def input_block(name: str, candidate: Candidate) -> str:
         span=span,
         source=source,
         unit=quoted(candidate.unit),
+        units=SHARES if max(-low, high) <= FULL and not candidate.unit else OTHERS,
         mark=MARK,
     )
 

@@ -10,7 +10,7 @@ import pytest
 
 from ingest.log import Source
 from preprocess.assembly import measurement
-from preprocess.doubts import across, doubts, too_far, too_little, turning_apart
+from preprocess.doubts import across, doubts, hardly_driven, too_far, too_little, turning_apart
 from preprocess.judge import judge
 from preprocess.raw import Raw
 from preprocess.trial import Measurement
@@ -81,6 +81,15 @@ def test_a_rudder_in_radians_that_are_called_degrees_is_doubted_where_the_vessel
     usual = measured("rudder", 0.3 * np.sin(0.3 * T + 0.8))
     assert [too_little(r, turning) for r in (jitter, idle, usual)] == [None] * 3
     assert too_little(small, turning.assign(psi=0.1 * PSI, r=0.1 * RATE)) is None
+
+
+@pytest.mark.parametrize(("unit", "one"), [("percent", 0.01), ("N", 1.0)])
+def test_a_share_of_full_thrust_that_is_called_percent_or_newtons_is_doubted(unit, one):
+    words = hardly_driven(measured("left", 0.9 * one * np.sin(0.3 * T), 1e-9), unit)
+    assert words.startswith(f"left never passes 0.9 {unit}: if that is its share")
+    assert hardly_driven(measured("left", 9.0 * one * np.sin(0.3 * T)), unit) is None
+    assert hardly_driven(measured("left", 0.0 * T, 0.0), unit) is None
+    assert hardly_driven(measured("left", 0.5 * np.sin(T)), None) is None
 
 
 def test_a_track_across_the_heading_is_doubted():

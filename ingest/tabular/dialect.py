@@ -206,9 +206,9 @@ def _header(
         return tuple(f"c{i}" for i in range(width)), {}
     names, units = candidates[-1], {}
     if len(candidates) > 1 and all(is_unit(f.strip("[]()")) or not f for f in candidates[-1]):
-        bare = (u.strip("[]()-") and u.strip("[]()") for u in candidates[-1])
         names = candidates[-2]
-        units = {n: u for n, u in zip(_unique(names), bare, strict=True) if u}
+        below = zip(_unique(names), candidates[-1], strict=True)
+        units = {n: u.strip("[]()") for n, u in below if u.strip("[]()-")}
     return _unique(names), units
 
 
