@@ -95,7 +95,7 @@ def command(
     with StageLines(quiet=json, lines=False) as progress:
         done, failed = _sail(fit, orders, seed, progress)
     if out is not None and done:
-        plot_manoeuvres(done, fit.vessel.length, out)
+        plot_manoeuvres(done, fit, out)
     if json and done:
         typer.echo(text.dumps([_as_data(m) for m in done], indent=1, ensure_ascii=False))
     elif done:
