@@ -18,8 +18,9 @@ from validate.report.contents import candidate_entry
 from validate.report.labels import outcome_words, ranked
 from validate.report.markdown import round_markdown
 from validate.report.page import report_page
+from validate.report.round_rows import found_apart
 from validate.report.schema import to_json
-from validate.verdict import _looked_at, _round
+from validate.verdict import _looked_at, _round, diagnose
 
 BY_NAME = {e.name: e for e in EFFECTS}
 
@@ -139,3 +140,23 @@ def test_errors_that_are_not_known_because_predictions_ran_away_are_explained():
         "cross-validated, predictions ran away without it and with it",
         "",
     ]
+
+
+def test_what_is_material_is_kept_as_the_run_was_told(monkeypatch):
+    for name, found in (("_left", {"u": 0.06}), ("_undetermined", {}), ("_taken", ())):
+        monkeypatch.setattr(f"validate.verdict.{name}", lambda *_, found=found: found)
+    after = SimpleNamespace(problem=SimpleNamespace(swell=None, stretches=({},)))
+    monkeypatch.setattr("validate.verdict.advice_for", lambda *_: "")
+    found = diagnose(None, outcome((), ()), after, None, 0.05)
+    assert (found.materiality, found.verdict.name) == (0.05, "UNEXPLAINED")
+
+
+def test_an_effect_that_came_in_another_s_place_is_not_said_to_have_a_test_of_its_own(example):
+    late = replace(example.diagnosis.effects[0].fitted, name="clock_offset")
+    waves = replace(late, name="waves")
+    effects = tuple(replace(example.diagnosis.effects[0], fitted=f) for f in (late, waves))
+    assert found_apart(replace(example.diagnosis, effects=effects)) == [
+        "Found by a test of its own, apart from the rounds: waves.",
+        "Came in once the rounds were through, in the place of what they took: clock offset.",
+    ]
+    assert found_apart(example.diagnosis) == found_apart(None) == []
