@@ -8,6 +8,7 @@ import numpy as np
 
 from preprocess.chains import Segments
 from preprocess.judge import Judged
+from preprocess.run_of_log import LEAST_SECONDS as LEAST_SECONDS
 from preprocess.trial import BoolArray, FloatArray
 from preprocess.turns import untold
 from preprocess.vessel import Vessel
@@ -16,9 +17,8 @@ from preprocess.vessel import Vessel
 ALWAYS = 3.0
 #: … and up to this many sample intervals.
 INTERVALS = 5.0
-#: A stretch needs this many samples of position and of heading, and this many seconds.
+#: A stretch needs this many samples of position and of heading, and ``LEAST_SECONDS``.
 LEAST_SAMPLES = 10
-LEAST_SECONDS = 5.0
 #: Samples this many intervals (of the slower sensor) beside a segment are judged with it.
 BESIDE = 1.5
 

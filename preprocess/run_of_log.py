@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from ingest.log import Log
 
+#: No unbroken stretch of a log that is shorter can be used, s.
+LEAST_SECONDS = 5.0
+
 
 @dataclass(frozen=True)
 class LoggedRun:

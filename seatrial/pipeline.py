@@ -17,7 +17,7 @@ from preprocess.same_day import on_one_day
 from preprocess.trial import Trial
 from preprocess.trials import make_trials
 from seatrial.blas import one_blas_thread
-from seatrial.campaign import Campaign, LogEntry, check_number, check_slices, with_options
+from seatrial.campaign import Campaign, LogEntry, check_against, check_number, with_options
 from seatrial.compiled_code import forget_stale_code
 from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
@@ -239,9 +239,9 @@ def runs_of(campaign: Campaign, logs: Sequence[Log]) -> list[LoggedRun]:
     Raises
     ------
     CampaignError
-        A slice lies wholly outside its log.
+        A slice has next to nothing of its log, or its format reads no such dialect.
     """
-    check_slices(campaign, logs)
+    check_against(campaign, logs)
     return on_one_day(
         [
             LoggedRun(

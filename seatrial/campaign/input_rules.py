@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -21,6 +22,8 @@ UNITS: Mapping[str, tuple[str, ...]] = {
     "thruster": ("percent", "N", "rev/s", "rpm"),
     "tunnel": ("percent", "N", "rev/s", "rpm"),
 }
+#: Angles that a calibration goes to at most, rad: a turn of a rudder, some of an azimuth that counts them.
+FARTHEST: Mapping[str, float] = {"rudder": 2.0 * math.pi, "azimuth": 8.0 * math.pi}
 #: Kinds whose value makes thrust.
 THRUST = ("propeller", "thruster", "tunnel")
 #: Kinds that have no standard message to be found by.
@@ -85,6 +88,10 @@ def calibration_faults(declared: InputTable) -> Iterator[KeyFault]:
         yield "value", f"as many numbers as in pwm ({len(pwm)})", f"{len(value)}", None
     if not is_monotonic(pwm):
         yield "pwm", "numbers that only rise, or only fall", found(pwm), None
+    most = max(map(abs, value))
+    if most > FARTHEST.get(declared.kind, most):
+        expected = f"the angles of this {declared.kind} in rad ({most:g}° are {math.radians(most):.4g} rad)"
+        yield "value", expected, found(value), None
     if declared.unit is not None:
         yield (
             "unit",
@@ -131,20 +138,23 @@ def azimuth_faults(name: str, declared: InputTable, inputs: Inputs) -> Iterator[
 def without_position(model: str, inputs: Inputs) -> Iterable[str]:
     """Inputs that lack the position that a model needs: those whose place no convention tells.
 
-    A rudder, or a single propeller, stands at the stern on the centre line where nothing else is said.
+    A rudder, or a single propeller, stands at the stern on the centre line where nothing else is said. Of an azimuth
+    that drives nothing, and of what it may have been meant to drive, nothing is said beside that.
     """
     if model not in GEOMETRIC_MODELS:
         return []
     turned = {i.drives: i for i in inputs.values() if i.kind == "azimuth" and i.drives}
     propellers = [n for n, i in inputs.items() if i.kind == "propeller"]
+    astray = any(i.kind == "azimuth" and i.drives not in inputs for i in inputs.values())
 
     def placed(name: str, declared: InputTable) -> bool:
         own = declared.position is not None
         if declared.kind == "azimuth":
             driven = inputs.get(declared.drives or "")
-            return own or (driven is not None and driven.position is not None)
+            return own or driven is None or driven.position is not None
         if name in turned:
             return own or turned[name].position is not None
+        own = own or (astray and declared.kind in ("propeller", "thruster"))
         return own or declared.kind == "rudder" or (declared.kind == "propeller" and len(propellers) == 1)
 
     return [name for name, declared in inputs.items() if not placed(name, declared)]

@@ -6,6 +6,7 @@ import codecs
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
+from preprocess.run_of_log import LEAST_SECONDS
 from seatrial.campaign.faults import Fault, found, nearest_one
 from seatrial.campaign.input_rules import input_faults
 from seatrial.campaign.sensor_rules import sensor_faults
@@ -72,6 +73,8 @@ def faults_of_log(place: tuple[int | str, ...], log: LogTable) -> Iterator[Fault
     """Faults of one log."""
     if log.slice is not None and not 0 <= log.slice[0] < log.slice[1]:
         yield Fault((*place, "slice"), "[from, to] with 0 ≤ from < to, s", found(log.slice))
+    elif log.slice is not None and log.slice[1] - log.slice[0] < LEAST_SECONDS:
+        yield Fault((*place, "slice"), f"[from, to] with {LEAST_SECONDS:g} s between them", found(log.slice))
     if log.format is not None:
         yield from unknown_name((*place, "format"), "a log format", log.format, format_names())
     yield from dialect_faults((*place, "dialect"), log.dialect)

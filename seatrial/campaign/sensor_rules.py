@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from seatrial.campaign.faults import Fault, found, nearest_one
@@ -28,6 +29,7 @@ def sensor_faults(sensors: SensorsTable) -> Iterator[Fault]:
         if sensor is not None:
             yield from component_faults(quantity, signals_of(quantity, sensor))
             yield from unit_faults(quantity, sensor)
+            yield from offset_faults(quantity, float(getattr(sensor, "offset", 0.0)))
 
 
 def signals_of(quantity: str, sensor: SensorTable) -> dict[str, str]:
@@ -60,3 +62,11 @@ def unit_faults(quantity: str, sensor: SensorTable) -> Iterator[Fault]:
             found(sensor.unit),
             near,
         )
+
+
+def offset_faults(quantity: str, offset: float) -> Iterator[Fault]:
+    """An offset of more than a turn, which is one in degrees."""
+    if abs(offset) > 2.0 * math.pi:
+        unit = "rad/s" if quantity == "yaw_rate" else "rad"
+        expected = f"the offset in {unit}, at most 2π ({offset:g}° are {math.radians(offset):.4g} rad)"
+        yield Fault(("sensors", quantity, "offset"), expected, found(offset))
