@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-import gc
+import signal
 import sys
 from collections.abc import Sequence
-
-from seatrial.cli.app import make_app
-from seatrial.cli.reporting import Reporting, prepare_streams
-from seatrial.compiled_code import forget_stale_code
-from seatrial.stages import foreign_stage
-
-#: Objects that are made before the youngest are looked through for rings, and how often those that stay are: few rings
-#: are made here, and looking through all that the libraries hold takes a twentieth of the time.
-RARELY = (5_000, 10, 10)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -22,17 +13,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Without the program's name; default: those of the process.
+        Without the program's name; default: those of the process, which ends with this.
     """
-    gc.set_threshold(*RARELY)
-    words = list(sys.argv[1:] if arguments is None else arguments)
-    prepare_streams()
-    with Reporting(debug="--debug" in words):
-        culprit = foreign_stage()
-        if culprit:
-            raise SystemExit(f"Error: {culprit}")
-        forget_stale_code()
-        make_app()([word for word in words if word != "--debug"], prog_name="seatrial")
+    try:
+        from seatrial.cli.program import run_program  # here, where Ctrl-C is heard while all else is loaded
+
+        run_program(list(sys.argv[1:] if arguments is None else arguments))
+    except KeyboardInterrupt:
+        sys.stderr.write("Interrupted: nothing half-written is left.\n")
+        raise SystemExit(130) from None
+    finally:
+        end_as_said(last=arguments is None)
+
+
+def end_as_said(last: bool) -> None:
+    """Let nothing but the exit status say how the process ended.
+
+    Python ends as if by a signal where a Ctrl-C left the last text that was executed as code, which many libraries
+    make their classes of, though it was handled; and where one comes while it shuts down (``last``).
+    """
+    exec("")
+    if last:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 if __name__ == "__main__":

@@ -12,9 +12,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+from seatrial.__main__ import main
 from seatrial.cli.stage_lines import StageLines
 from seatrial.demonstration import demo_source
 
@@ -148,3 +150,34 @@ def test_an_interrupt_where_none_can_be_raised_says_nothing_and_ends_the_run_all
         assert said == [ValueError] * 2
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+ENDED = """
+import seatrial.cli.program as program
+from seatrial.__main__ import main
+
+def handled(words):
+    try:
+        exec("raise KeyboardInterrupt")
+    except KeyboardInterrupt:
+        raise SystemExit(130)
+
+program.run_program = handled
+main()
+"""
+
+
+def test_an_interrupt_in_code_made_of_text_ends_with_the_status_that_is_said():
+    assert subprocess.run([sys.executable, "-c", ENDED], check=False).returncode == 130
+
+
+def test_an_interrupt_while_the_program_is_loaded_is_said(monkeypatch, capsys):
+    class Loading(ModuleType):
+        def __getattr__(self, name: str) -> object:
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "seatrial.cli.program", Loading("program"))
+    with pytest.raises(SystemExit) as ended:
+        main(["inspect"])
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == "Interrupted: nothing half-written is left.\n"
