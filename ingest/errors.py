@@ -8,6 +8,7 @@
     │   ├── MissingLog            a file that is not there
     │   │   └── FolderGiven           a folder where a file is expected
     │   └── MissingSignal         a named signal that is not in the log
+    │       └── NoStandardMessage     nor one that need not be named
     └── DataError             exit status 1: the data cannot give an answer
         ├── UnreadableLog         no usable record in the file
         ├── MissingQuantity       no position, or no heading
@@ -18,8 +19,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import ClassVar
 
 #: Formats that were tried are named up to so many: more would hide what the file is.
 MOST_NAMED = 3
@@ -58,12 +60,12 @@ class CampaignError(UsageError):
 
 
 class MissingLog(UsageError):
-    """A log file that the campaign names is not there."""
+    """A log file is not there: one that the campaign names (``named_in``), or that was asked for."""
 
     def __init__(self, path: Path, named_in: str, near: list[str]) -> None:
         self.path, self.near = path, near
         hint = f" Nearest there: {', '.join(near)}." if near else ""
-        super().__init__(f"{named_in}: the log {path} is not there.{hint}")
+        super().__init__(f"{f'{named_in}: the' if named_in else 'The'} log {path} is not there.{hint}")
 
 
 class FolderGiven(MissingLog):
@@ -85,6 +87,27 @@ class MissingSignal(UsageError):
         near = nearest(signal, names) or names[:5]
         hint = f" Nearest there: {', '.join(near)}." if near else ""
         super().__init__(f"{path}: {key} names the signal '{signal}', which is not in the log{reason}.{hint}")
+
+
+class NoStandardMessage(MissingSignal):
+    """An input of a kind is to be found by its standard message, which the log does not have."""
+
+    #: The standard messages of each kind, and what signals that may be meant have in their names.
+    KINDS: ClassVar[Mapping[str, tuple[str, tuple[str, ...]]]] = {
+        "rudder": ("NMEA 0183 RSA; NMEA 2000 127245", ("rudder", "helm", "steer")),
+        "propeller": ("NMEA 0183 RPM; NMEA 2000 127488 or 127489", ("propeller", "rpm", "engine", "shaft")),
+    }
+
+    def __init__(self, path: Path, name: str, kind: str, known: Iterable[str]) -> None:
+        self.path, self.key, self.signal = path, f"inputs.{name}", ""
+        messages, words = self.KINDS.get(kind, ("there is none", ()))
+        near = [n for n in known if any(w in n.lower() for w in words)][:5]
+        hint = f"Nearest there: {', '.join(near)}." if near else "'seatrial inspect' shows what there is."
+        UsageError.__init__(
+            self,
+            f"{path}: inputs.{name} names no signal, and the log has no standard message of a {kind} ({messages}): "
+            f"expected signal = TOPIC.FIELD. {hint}",
+        )
 
 
 class DataError(SeatrialError):

@@ -91,7 +91,7 @@ def existing(path: Path) -> Path:
         there = [p.name for p in path.parent.iterdir() if p.is_file()]
     except OSError:
         there = []
-    raise MissingLog(path, "read_log", nearest(path.name, there))
+    raise MissingLog(path, "", nearest(path.name, there))
 
 
 def candidates(path: Path, contents: Contents, format: str | None) -> list[Reader]:

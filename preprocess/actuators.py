@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ingest.errors import CampaignError, MissingSignal
+from ingest.errors import CampaignError, NoStandardMessage
 from ingest.log import Log, Source
 from ingest.tabular.unstated import LARGEST_RUDDER, ONE_TURN
 from ingest.units import UnknownUnit, factor_to_si
@@ -94,7 +94,7 @@ def _standard(log: Log, declared: Input) -> Source:
     standard = declared.kind in ("rudder", "propeller")
     found = choose_source(log, declared.kind, sensor, key) if standard else None
     if found is None:
-        raise MissingSignal(log.path, f"{key}.signal", f"standard message of a {declared.kind}", log.signals)
+        raise NoStandardMessage(log.path, declared.name, declared.kind, log.signals)
     return found
 
 

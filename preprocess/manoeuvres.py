@@ -26,6 +26,8 @@ AT_SPEED = 0.7
 NEUTRAL = 0.4
 #: A turn whose radius is less than this many lengths is one on the spot.
 ON_THE_SPOT = 0.5
+#: Circles to both sides are this share of all turning.
+MOST_TURNING = 0.7
 
 
 @dataclass(frozen=True)
@@ -291,6 +293,6 @@ def reversals(psi: FloatArray, least: float) -> FloatArray:
 
 
 def _large_turns(psi: FloatArray, swings: FloatArray) -> bool:
-    """Whether it turned by more than 270 degrees between two reversals, the ends counted as such."""
-    ends = np.concatenate([psi[:1], swings, psi[-1:]])
-    return bool(np.abs(np.diff(ends)).max() > 1.5 * np.pi)
+    """Whether most of its turning was by more than 270 degrees between two reversals, the ends counted as such."""
+    turns = np.abs(np.diff(np.concatenate([psi[:1], swings, psi[-1:]])))
+    return bool(turns[turns > 1.5 * np.pi].sum() > MOST_TURNING * turns.sum())

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from test_cli import CAMPAIGN, one_sentence, write_log
 
-from ingest.errors import UsageError
+from ingest import read_log
+from ingest.errors import MissingSignal, UsageError
+from preprocess.actuators import read_input
+from preprocess.vessel import Input
 from seatrial.__main__ import main
 from seatrial.models import load_model
 from validate.report import model_file
@@ -67,3 +72,32 @@ def test_a_model_is_found_in_the_results_of_a_folder(tmp_path, monkeypatch):
     results.mkdir()
     (results / "model.json").write_text("{}")
     assert load_model(tmp_path) == load_model(results) == load_model(results / "model.json")
+
+
+def test_a_log_that_is_not_there_is_said_without_the_name_of_a_function(cli, folder):
+    status, _, err = cli("inspect", folder / "ran.csv")
+    assert status == 2
+    assert err == f"Error: The log {folder / 'ran.csv'} is not there. Nearest there: run.csv.\n"
+
+
+def test_no_names_at_all_are_no_choice_of_models(cli, folder):
+    status, _, err = cli("compare", folder, "--model", " , ")
+    assert (status, err) == (2, "Error: --model: expected names between commas, found none.\n")
+
+
+def test_an_input_without_a_standard_message_is_said_with_signals_of_its_kind(folder):
+    log = read_log(folder / "run.csv")
+    bare = replace(log, sources=(), tables={"": log.tables[""].assign(rpm_engine=1.0)})
+    with pytest.raises(
+        MissingSignal, match=r"inputs\.n names no signal, and .* a propeller .*: rpm_engine\."
+    ):
+        read_input(bare, Input("n", "propeller"))
+    with pytest.raises(MissingSignal, match=r"of a rudder \(NMEA 0183 RSA.*'seatrial inspect' shows"):
+        read_input(replace(bare, tables={"": log.tables[""][["north"]]}), Input("r", "rudder"))
+
+
+def test_a_folder_whose_name_has_blanks_is_quoted_for_the_next_command(cli, folder):
+    trials = folder / "Kieler Förde"
+    trials.mkdir()
+    write_log(trials / "run.csv")
+    assert cli("init", trials)[1].endswith(f"then: seatrial run '{trials}'\n")

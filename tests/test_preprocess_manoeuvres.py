@@ -45,6 +45,15 @@ def test_a_stop_with_turns_is_no_circle_and_a_tight_circle_no_stop():
     )
 
 
+@pytest.mark.parametrize(
+    ("turns", "kind"), [((370, -380), "circle"), ((60, 20, -99, -30, 290, -150, -60, -9), "random")]
+)
+def test_circles_to_both_sides_are_most_of_the_turning(turns, kind):
+    steps = np.radians(np.repeat(turns, 1000 // len(turns)) / (100 / len(turns)))
+    rate = np.append(steps, np.zeros(len(T) - len(steps)))
+    assert classify(motion(STEADY, np.column_stack([T, rate]), rate))[0] == kind
+
+
 @pytest.mark.parametrize("angle", [True, False])
 def test_a_zigzag_may_begin_and_end_amidships_and_has_angles_where_a_rudder_makes_it(angle):
     steer = np.select([T < 8, T < 30, T < 52, T < 74, T < 90], [0.02, 0.35, -0.35, 0.35, -0.35], 0.01)

@@ -48,7 +48,7 @@ def command(
     if out is not None:
         check_file(checked_picture(out).with_suffix(".csv"), "--out")
     chosen = {
-        option: [check_name(option, n) for n in _names(text)]
+        option: [check_name(option, n) for n in _names(option, text)]
         for option, text in (("model", model), ("estimator", estimator), ("optimiser", optimiser))
     }
     loaded = load_campaign(campaign)
@@ -76,8 +76,13 @@ def command(
         _show(table)
 
 
-def _names(text: str | None) -> list[str]:
-    return [n.strip() for n in (text or "").split(",") if n.strip()]
+def _names(option: str, text: str | None) -> list[str]:
+    names = [n.strip() for n in (text or "").split(",") if n.strip()]
+    if text is not None and not names:
+        from ingest.errors import UsageError
+
+        raise UsageError(f"--{option}: expected names between commas, found none.")
+    return names
 
 
 #: Of what the figures are.

@@ -19,6 +19,8 @@ def command(
 
         seatrial init trials/2026-05-12
     """
+    from shlex import quote
+
     from ingest.errors import UsageError
     from seatrial.campaign.load import FILENAME
     from seatrial.cli.stage_lines import StageLines
@@ -36,4 +38,6 @@ def command(
         stream.write(start.text)
     skipped = f"; no logs: {', '.join(start.skipped)}" if start.skipped else ""
     typer.echo(f"Wrote {file} for {len(start.logs)} log{'s' * (len(start.logs) != 1)}{skipped}.")
-    typer.echo(f"Fill in the {start.open_marks} values marked REQUIRED, then: seatrial run {folder}")
+    typer.echo(
+        f"Fill in the {start.open_marks} values marked REQUIRED, then: seatrial run {quote(str(folder))}"
+    )
