@@ -118,18 +118,23 @@ def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
     turned, told = both_turns(heading, gyro)
     if len(turned) < PLACES:
         return None
+    unbiased = turned - turned.mean(), told - told.mean()  # of a bias the diagnosis tells
     if _size(turned) < max(LEAST_TURN, CLEAR * heading.sigma):
-        turned, told = turned - turned.mean(), told - told.mean()  # of a bias the diagnosis tells
-        if _size(told) < max(LEAST_TURN, CLEAR * adrift(gyro)) or gyro.sample_time > OFTEN:
+        if _size(unbiased[1]) < max(LEAST_TURN, CLEAR * adrift(gyro)) or gyro.sample_time > OFTEN:
             return None
-    along = float(turned @ told)
-    ratio = along / max(float(turned @ turned), TINY)
-    alike = along / max(float(np.linalg.norm(turned) * np.linalg.norm(told)), TINY)
+    ratio, alike = max(_together(turned, told), _together(*unbiased), key=lambda found: abs(found[1]))
     if alike < TOGETHER and ratio > -SHARE:
         return "Heading and yaw rate do not go together: is one of them another signal, or in another unit?"
     if SHARE < ratio < 1.0 / SHARE:
         return None
     return f"The yaw rate is {ratio:.3g} times that at which the heading turns: are units and signs of both right?"
+
+
+def _together(turned: FloatArray, told: FloatArray) -> tuple[float, float]:
+    """How many times the turns (n,) of a heading a yaw rate tells, and how well they correlate, -1…1."""
+    along = float(turned @ told)
+    ratio = along / max(float(turned @ turned), TINY)
+    return ratio, along / max(float(np.linalg.norm(turned) * np.linalg.norm(told)), TINY)
 
 
 def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, FloatArray]:

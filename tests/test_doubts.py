@@ -54,6 +54,11 @@ def test_a_gyro_whose_scale_is_off_is_left_to_the_diagnosis():
     assert turning_apart(HEADING, measured("yaw_rate", 1.3 * RATE)) is None
 
 
+def test_the_bias_of_a_gyro_is_left_to_the_diagnosis_where_the_vessel_turns_little():
+    assert turning_apart(HEADING, measured("yaw_rate", RATE + 0.3)) is None
+    assert turning_apart(HEADING, measured("yaw_rate", 50.0 * RATE + 0.3)) is not None
+
+
 def test_a_signal_that_is_no_yaw_rate_is_doubted():
     assert "do not go together" in turning_apart(HEADING, measured("yaw_rate", 0.2 * np.cos(0.71 * T)))
 
