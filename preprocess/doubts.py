@@ -119,9 +119,9 @@ def turning_apart(heading: Measurement, gyro: Measurement) -> str | None:
     if len(turned) < PLACES:
         return None
     unbiased = turned - turned.mean(), told - told.mean()  # of a bias the diagnosis tells
-    if _size(turned) < max(LEAST_TURN, CLEAR * heading.sigma):
-        if _size(unbiased[1]) < max(LEAST_TURN, CLEAR * adrift(gyro)) or gyro.sample_time > OFTEN:
-            return None
+    quiet = _size(unbiased[1]) < max(LEAST_TURN, CLEAR * adrift(gyro)) or gyro.sample_time > OFTEN
+    if quiet and _size(turned) < max(LEAST_TURN, CLEAR * heading.sigma):
+        return None
     ratio, alike = max(_together(turned, told), _together(*unbiased), key=lambda found: abs(found[1]))
     if alike < TOGETHER and ratio > -SHARE:
         return "Heading and yaw rate do not go together: is one of them another signal, or in another unit?"
