@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from identify.bent_paths import bent
 from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, SLOWLY, Fitted, chi2_of
 from identify.in_common import in_common
@@ -22,7 +23,6 @@ from identify.settled import Settled, settled
 from identify.slowness import slower
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
-from identify.unlogged import bent
 from identify.windows import Problem, cut
 from ingest.errors import NotIdentifiable
 from preprocess.cores import side_by_side

@@ -16,10 +16,11 @@ import numpy as np
 
 from identify import kernel
 from identify.compiled import no_sensors, nothing_along, rows_of, sensing_of
+from identify.drive import Drive, drive
 from identify.predict import run
+from identify.regression import through_water
 
 if TYPE_CHECKING:
-    from identify.drive import Drive
     from identify.structure import Structure
     from identify.windows import Problem, Window
 
@@ -89,6 +90,22 @@ def sized(problem: Problem, sizes: Sizes, unit: tuple[FloatArray, ...]) -> tuple
         mine = np.einsum("madb,dbc->madc", unit[w.stretch][w.samples], root * scale[:, None, None])
         answers[w.stretch][w.samples] = mine.reshape(*mine.shape[:2], -1)
     return tuple(answers)
+
+
+def pushed_by(
+    problem: Problem, structure: Structure, p: FloatArray, sizes: Sizes
+) -> tuple[FloatArray, ...] | None:
+    """Per stretch (m, 2, K): what its samples show of disturbances of these sizes, about the smoothed motion's windows.
+
+    None where a prediction runs away.
+    """
+    drives = [drive(structure, p, s) for s in problem.stretches]
+    first = np.zeros((len(problem.windows), kernel.NX))
+    for k, w in enumerate(problem.windows):
+        stretch, d = problem.stretches[w.stretch], drives[w.stretch]
+        first[k, :6] = through_water(stretch.states[w.first : w.first + 1], d.current)[0]
+    unit = unit_answers(problem, structure, drives, first, blocks_in(problem))
+    return None if unit is None else sized(problem, sizes, unit)
 
 
 def roots_of(problem: Problem, count: int, push_time: float, drift_time: float) -> FloatArray:

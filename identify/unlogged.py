@@ -21,6 +21,7 @@ import numpy as np
 from identify import kernel
 from identify.bridges import Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
+from identify.disturbed import Sizes, pushed_by
 from identify.drive import drive
 from identify.gusts import gusts_of
 from identify.regression import through_water
@@ -57,7 +58,8 @@ class Unlogged:
 
     ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units;
     ``rounded`` (m, 2, R) likewise of the inputs' rounding, None where it counts for nothing; ``blown`` (m, 2, G) of the
-    gusts of a wind that nothing measured, whose variance is the share ``gusty`` of the largest.
+    gusts of a wind that nothing measured, whose variance is the share ``gusty`` of the largest; ``pushed`` (m, 2, P) of
+    pushes and drifts of the sizes ``pushes``.
     """
 
     structure: Structure
@@ -68,11 +70,13 @@ class Unlogged:
     rounded: tuple[FloatArray, ...] | None = None
     gusty: float = 0.0
     blown: tuple[FloatArray, ...] | None = None
+    pushes: Sizes | None = None
+    pushed: tuple[FloatArray, ...] | None = None
 
     @property
     def sure(self) -> tuple[Part, ...]:
         """What is known of beside the answers."""
-        each = ((1.0, self.rounded), (math.sqrt(self.gusty), self.blown))
+        each = ((1.0, self.rounded), (math.sqrt(self.gusty), self.blown), (1.0, self.pushed))
         return tuple((size, part) for size, part in each if part is not None)
 
     @property
@@ -84,7 +88,8 @@ class Unlogged:
     def gusts_alone(self) -> Unlogged | None:
         """The same with nothing hidden but gusts; None where there are none."""
         none = tuple(a[:, :, :0] for a in self.answers)
-        return replace(self, share=0.0, answers=none, rounded=None) if self.blown is not None else None
+        alone = replace(self, share=0.0, answers=none, rounded=None, pushes=None, pushed=None)
+        return alone if self.blown is not None else None
 
     def over(self, problem: Problem) -> Unlogged:
         """The same for a problem's stretches and windows."""
@@ -93,12 +98,19 @@ class Unlogged:
         there = unlogged(problem, self.structure, self.p, self.share)
         if self.blown is not None:
             there = replace(there, gusty=self.gusty, blown=_blown(problem, self.structure, self.p))
+        there = with_pushes(problem, there, self.pushes)
         return there if self.rounded is None else _with_rounding(problem, there)
 
 
 def unlogged(problem: Problem, structure: Structure, p: FloatArray, share: float = 1.0) -> Unlogged:
     """What the inputs may have done between their samples in a problem's windows."""
     return Unlogged(structure, p, share, problem.windows, _of_all(problem, structure, p, shapes_of))
+
+
+def with_pushes(problem: Problem, known: Unlogged, pushes: Sizes | None) -> Unlogged:
+    """The same with pushes and drifts of some sizes; without any where a prediction that they disturb runs away."""
+    pushed = None if pushes is None else pushed_by(problem, known.structure, known.p, pushes)
+    return known if pushed is None else replace(known, pushes=pushes, pushed=pushed)
 
 
 def _blown(problem: Problem, structure: Structure, p: FloatArray) -> tuple[FloatArray, ...]:
@@ -121,43 +133,25 @@ def _shown(problem: Problem, answers: Sequence[FloatArray], window: Window) -> i
     return int(np.flatnonzero(np.append(LEAST, power) >= LEAST)[-1])
 
 
-def bent(problem: Problem) -> float:
-    """How far rounded inputs bend a path beyond what answers that go with them say, in σ of a position.
-
-    A course that is off by an angle ψ that grows moves the path aside by a in proportion, and back by ⅔ a² over its
-    length: the second order, which no covariance counts. The median over the windows of the largest of each.
-    """
-    known = None if problem.unlogged is None else problem.unlogged.over(problem)
-    if known is None or known.rounded is None:
-        return 0.0
-    return float(np.median([_bent(problem, known.rounded[w.stretch], w) for w in problem.windows]))
-
-
-def _bent(problem: Problem, answers: FloatArray, window: Window) -> float:
-    """The same of one window, whose stretch's samples show answers (m, 2, R) of one standard deviation."""
-    stretch, mine = problem.stretches[window.stretch], problem.kinds(window) == kernel.POSITION
-    path = stretch.states[window.first : window.first + window.steps + 1, :2]
-    run = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
-    since = (stretch.samples.t[window.samples][mine] - stretch.start) / stretch.h - window.first
-    aside = np.sum(answers[window.samples][mine] ** 2, axis=(1, 2))
-    far = np.maximum(np.interp(since, np.arange(window.steps + 1), run), np.sqrt(aside) + 1e-9)
-    off = aside / far / stretch.samples.sigma[window.samples][mine]
-    return float(np.max(off, initial=0.0)) * 2.0 / 3.0
-
-
 def most_likely(
-    problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray], fine: bool = True
+    problem: Problem,
+    structure: Structure,
+    p: FloatArray,
+    raw: Sequence[FloatArray],
+    fine: bool = True,
+    pushes: Sizes | None = None,
 ) -> Unlogged | None:
-    """What errors ``raw`` (m, 2) of each window are likeliest with; None where the inputs hide nothing.
+    """What errors ``raw`` (m, 2) of each window are likeliest with, beside ``pushes``; None where nothing is hidden.
 
     Positions are left out: their slow errors may as well be the receiver's. Unless it is to be ``fine``, inputs that
     are logged often hide nothing; nor do any that could not account for one in ten of the squared errors, by some of
     the windows.
     """
     asked = (fine or not _often(problem)) and _accounts(problem, structure, p, raw)
-    most = (unlogged if asked else _nothing)(problem, structure, p)
+    most = (unlogged if asked else nothing_hidden)(problem, structure, p)
     if fine and any(a.effect.air for a in structure.actives):
         most = _with_gusts(problem, most, raw)
+    most = with_pushes(problem, most, pushes)
     known, gain = _believed(problem, most, raw)
     rounding = _with_rounding(problem, most)
     if rounding.rounded is not None:
@@ -179,7 +173,7 @@ def _often(problem: Problem) -> bool:
     return max(m.sample_time for s in problem.stretches for m in s.inputs.values()) <= OFTEN
 
 
-def _nothing(problem: Problem, structure: Structure, p: FloatArray) -> Unlogged:
+def nothing_hidden(problem: Problem, structure: Structure, p: FloatArray) -> Unlogged:
     """That inputs hide nothing between their samples."""
     none = tuple(np.zeros((len(s.samples.t), 2, 0)) for s in problem.stretches)
     return Unlogged(structure, p, 1.0, problem.windows, none)

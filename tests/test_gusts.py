@@ -18,9 +18,9 @@ from identify.noise import calibrated
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from identify.windows import moments
+from validate.at_its_best import settled
 from validate.exchange import at_likeliest_speed
 from validate.refits import begun_at
-from validate.rounds import settled
 
 SPEED, FROM, GUST = 6.0, 0.8, 0.12
 

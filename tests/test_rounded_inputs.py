@@ -10,6 +10,7 @@ import pytest
 from identification_samples import modulus_truth, trials_of, with_nothing_between
 
 from identify.base_fit import fit_from_scratch
+from identify.bent_paths import bent
 from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
@@ -20,7 +21,6 @@ from identify.report_fit import make_fit
 from identify.rounded_inputs import held_levels, levels_in, rounding_of
 from identify.shared_levels import shared_by_windows
 from identify.structure import null_parameters
-from identify.unlogged import bent
 from identify.whitening import weighted, within
 from identify.windows import tangents_of
 from preprocess.rounding import common_step, input_step
@@ -62,8 +62,7 @@ def test_rounded_inputs_leave_a_clean_campaign_clean():
     assert 0.9 < found.chi2_per_dof < 1.1
     truth = modulus_truth(logged()[0])
     fit, other = (
-        make_fit(prepared, f, estimator="output_error", optimiser="auto", seed=0)
-        for f in (found, unaware)
+        make_fit(prepared, f, estimator="output_error", optimiser="auto", seed=0) for f in (found, unaware)
     )
     off = [
         np.median([abs(c.value / truth[c.dof, c.term] - 1.0) for c in f.coefficients]) for f in (fit, other)

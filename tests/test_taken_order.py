@@ -18,8 +18,8 @@ from identify.prepare import prepare
 from identify.stretch import Samples
 from identify.taken_order import as_in, by_clocks, in_order_taken
 from identify.windows import BEFORE, SHARE_BEFORE, cut
+from validate.at_its_best import settled
 from validate.candidates import candidates
-from validate.rounds import settled
 
 LATE = 0.49
 

@@ -22,7 +22,7 @@ from identify.structure import null_parameters
 from identify.unlogged import most_likely, unlogged
 from identify.whitening import in_batches
 from identify.windows import moments
-from validate import rounds
+from validate import at_its_best
 from validate.refits import begun_at
 
 SELDOM = Suite(input_rate=4.0)
@@ -158,8 +158,8 @@ def test_a_fit_begun_anew_is_preferred_by_what_its_own_errors_say_is_hidden(monk
     stale = replace(problem, unlogged=much, dispersion=np.full(4, 4.0))
     believing = begun_at(replace(fitted, problem=stale), s.p, 0)
     assert believing.chi2_per_dof < 0.98 * fitted.chi2_per_dof
-    monkeypatch.setattr(rounds, "fit_from_scratch", lambda *_, **__: believing)
-    found = rounds.settled(fitted)
+    monkeypatch.setattr(at_its_best, "fit_from_scratch", lambda *_, **__: believing)
+    found = at_its_best.settled(fitted)
     assert found.problem.dispersion.max() < 2.0
     assert found.problem.unlogged.share <= 1.0
 

@@ -9,11 +9,12 @@ from functools import partial
 import numpy as np
 
 from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
+from identify.bent_paths import bent
 from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
 from identify.structure import Structure
-from identify.unlogged import bent
 from identify.windows import Problem, cut
+from validate.at_its_best import settled
 from validate.clocks import fewer_clocks
 from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
@@ -26,7 +27,7 @@ from validate.pairs import two_for_one
 from validate.pruning import pruned
 from validate.refined import refined
 from validate.refits import under
-from validate.rounds import ALL, MOST_EFFECTS, GivenUp, Turn, Within, rounds, settled
+from validate.rounds import ALL, MOST_EFFECTS, GivenUp, Turn, Within, rounds
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
 

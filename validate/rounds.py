@@ -6,12 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.base_fit import fit_from_scratch
-from identify.fitted import FAR, NEAR, SLOWLY, Fitted
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
-from identify.ridge import with_likeliest_ridge
-from identify.structure import effects_alone
-from identify.taken_order import in_order_taken
+from validate.at_its_best import settled
 from validate.candidates import Screened, candidates, screen
 from validate.consistency import consistent
 from validate.each_input import on_each_input
@@ -21,6 +18,7 @@ from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, 
 from validate.log_sets import in_likeliest_sets, ways
 from validate.pace import ANOTHER, LAST, Pace
 from validate.pairs import best_pair
+from validate.pushes import with_pushes_anew, with_pushes_known
 from validate.refits import under
 from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
@@ -98,6 +96,7 @@ def rounds(
         if wandering:
             fitted = wandering
             continue
+        turn = _beside_pushes(turn, pace, barred) if turn.taken is None else turn
         if turn.taken is None and fitted.chi2_per_dof > within.hopeless:
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
@@ -164,6 +163,19 @@ def _wandering(turn: Turn) -> Fitted | None:
     return known if known is not turn.base else None
 
 
+def _beside_pushes(turn: Turn, pace: Pace, barred: Names) -> Turn:
+    """A round that takes what shows beside pushes that no log says; or the one that came to nothing without.
+
+    As so many times the sensors' noise they hide it.
+    """
+    known = with_pushes_known(turn.base)
+    if known is turn.base:
+        return turn
+    pace("beside what pushes the vessel")
+    other = _turn(known, pace, barred)
+    return other if other.taken else turn
+
+
 def _in_waves(fitted: Fitted, turn: Turn) -> Fitted | None:
     """A fit that knows of waves, where they show and what swings by itself was taken without coming to the noise.
 
@@ -207,7 +219,7 @@ def _after(taken: Judged, waves: bool = True) -> Fitted:
         fitted = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
     fitted = on_each_input(fitted)
     fitted = at_likeliest_speed(fitted) if taken.screened.active.effect.air else fitted
-    return with_wander_anew(with_waves_known(fitted) if waves else fitted)
+    return with_wander_anew(with_pushes_anew(with_waves_known(fitted) if waves else fitted))
 
 
 def _together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
@@ -268,29 +280,3 @@ def _only_together(turn: Turn, pace: Pace, barred: Names) -> list[Turn]:
     if other.taken is None or not worthwhile(turn.base, under(turn.base.problem, other.taken.fitted)):
         return [turn]
     return [replace(turn, taken=sure[0]), other]
-
-
-def settled(fitted: Fitted) -> Fitted:
-    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
-    fitted, structure = in_order_taken(fitted), fitted.solution.structure
-    here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
-    p = effects_alone(structure, here.solution.p)
-    off = here.is_off
-    anew = fit_from_scratch(
-        structure,
-        fitted.problem.stretches,
-        p,
-        length=fitted.problem.length,
-        rounds=2 if off else 0,
-        apart=off or here.slow > SLOWLY,
-    )
-    hides = here.problem.unlogged is not None or anew.problem.unlogged is not None
-    if hides and anew.problem.length >= here.problem.length:
-        # with more believed to be hidden there is less to explain: as its own errors say
-        weighed = under(recalibrated(anew.problem, anew.solution), anew, 20)
-        if weighed.chi2_per_dof < here.chi2_per_dof:
-            return with_likeliest_ridge(weighed)
-    there = under(here.problem, replace(anew, prior=here.prior), 20)
-    if not there.solution.total < here.solution.total:
-        return with_likeliest_ridge(here)
-    return with_likeliest_ridge(under(recalibrated(there.problem, there.solution), there))
