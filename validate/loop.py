@@ -179,9 +179,8 @@ def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Withi
         return found
     pace("over short windows")
     turns: list[Turn] = []
-    near = rounds(
-        fit_from_scratch(prepared.structure, prepared.identify, length=length), turns, pace, within=within
-    )
+    begun = fit_from_scratch(prepared.structure, prepared.identify, length=length)
+    near = rounds(begun, turns, pace, within=within)
     if not any(t.taken for t in turns):
         return found
     with suppress(GivenUp):

@@ -22,6 +22,7 @@ from validate.other_logs import on_other_logs, with_other_logs
 from validate.outcome import Outcome
 from validate.report.labels import NOT_REFITTED, in_order
 from validate.residual_tests import residual_tests
+from validate.pushes import without_pushes
 from validate.rounds import Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
@@ -36,11 +37,11 @@ def diagnose(
     """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
     seen = waves.seen if waves else None
     taken = _taken(outcome) + ((TakenEffect(as_effect(waves), seen.p_value, ()),) if waves and seen else ())
-    share = seen.share if seen and not after.problem.swell else {}
-    left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, after).items()}
+    share, plain = seen.share if seen and not after.problem.swell else {}, without_pushes(after)
+    left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, plain).items()}
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t, b) for t, b in zip(outcome.turns, became(outcome), strict=True))
-    undetermined = _undetermined(prepared, after, left, materiality)
+    undetermined = _undetermined(prepared, plain, left, materiality)
     advice = advice_for(verdict, taken, left, outcome, materiality, undetermined)
     return Diagnosis(verdict, taken, rounds, left, advice, materiality)
 
