@@ -20,9 +20,9 @@ from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
 from validate.judgement import Judged, least_gain
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.outcome import Outcome
+from validate.pushes import without_pushes
 from validate.report.labels import NOT_REFITTED, in_order
 from validate.residual_tests import residual_tests
-from validate.pushes import without_pushes
 from validate.rounds import Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
