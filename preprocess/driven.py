@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from preprocess.chains import Segments, Stream
+from preprocess.gyro_bias import without_bias
 from preprocess.known_motion import KnownMotion, explains, less
 from preprocess.response import even_grid, forces, linear_response, moving_inputs
 from preprocess.smoother import ChainResult, smooth_chain
@@ -38,6 +39,7 @@ def smooth_heading(
     segments, wanted, inputs, beside
         See ``smooth_chain``.
     """
+    streams = without_bias(streams)
     first = smooth_chain(streams, segments, wanted, inputs, beside=beside, rounds=1)
     driven = driven_turn(first, speed, segments, inputs)
     cleaned = with_verdicts(streams, first)
