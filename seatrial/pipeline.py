@@ -23,7 +23,7 @@ from seatrial.parallel import map_tasks
 from seatrial.progress import Progress, Stopwatch, silent
 from seatrial.remarks import remarks_on, require_unseen
 from seatrial.results_folder import check_replaceable, in_place
-from validate.diagnosis import Diagnosis, Results, Verdict
+from validate.diagnosis import MATERIALITY, Diagnosis, Results, Verdict
 
 if TYPE_CHECKING:
     from identify.choose_model import Choice
@@ -43,7 +43,7 @@ def run(
     seed: int = 0,
     workers: int = 1,
     loop: bool = True,
-    materiality: float = 0.10,
+    materiality: float = MATERIALITY,
     progress: Progress = silent,
 ) -> Results:
     """Ingest, preprocess, identify, validate, and find out what the model lacks.

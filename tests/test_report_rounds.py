@@ -145,7 +145,7 @@ def test_errors_that_are_not_known_because_predictions_ran_away_are_explained():
 def test_what_is_material_is_kept_as_the_run_was_told(monkeypatch):
     for name, found in (("_left", {"u": 0.06}), ("_undetermined", {}), ("_taken", ())):
         monkeypatch.setattr(f"validate.verdict.{name}", lambda *_, found=found: found)
-    after = SimpleNamespace(problem=SimpleNamespace(swell=None, stretches=({},)))
+    after = SimpleNamespace(problem=SimpleNamespace(swell=None, stretches=({},), unlogged=None))
     monkeypatch.setattr("validate.verdict.advice_for", lambda *_: "")
     found = diagnose(None, outcome((), ()), after, None, 0.05)
     assert (found.materiality, found.verdict.name) == (0.05, "UNEXPLAINED")

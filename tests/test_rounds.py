@@ -49,6 +49,7 @@ def play(monkeypatch):
 
     stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
     stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [])
+    stubs(with_wander_known=lambda fitted: fitted, with_pushes_known=lambda fitted: fitted)
     return stubs
 
 
@@ -95,6 +96,46 @@ def test_what_a_thorough_look_finds_is_taken(play):
     play(_turn=turn, _after=lambda taken, waves: end)
     assert rounds(begin, turns, Pace()) is end
     assert [t.taken for t in turns] == [clock, None]
+
+
+def test_what_shows_beside_pushes_alone_is_taken_beside_them(play):
+    """As so many times the noise they hide it."""
+    loss, end, pushed = Judged("thrust_loss_with_speed", fit(1.0)), fit(1.0, "with it"), fit(1.05, "pushed")
+
+    def turn(fitted, _pace, _barred, **_):
+        return Turn(fitted, (), (loss,), loss if fitted is pushed else None)
+
+    begin, turns = fit(1.5), []
+    known = {"pushed": pushed}
+    play(_turn=turn, _after=lambda taken, waves: end)
+    play(with_pushes_known=lambda fitted: known.pop("pushed") if fitted is begin else fitted)
+    assert rounds(begin, turns, Pace()) is end
+    assert [(t.base, t.taken) for t in turns] == [(pushed, loss), (end, None)]
+
+
+def test_what_nothing_shows_beside_pushes_either_goes_on_as_it_was(play):
+    seen, begin, pushed = [], fit(1.5), fit(1.05, "pushed")
+
+    def turn(fitted, _pace, _barred, thorough=False, **_):
+        seen.append((fitted, thorough))
+        return Turn(fitted, (), (), None)
+
+    play(_turn=turn, with_pushes_known=lambda fitted: pushed)
+    assert rounds(begin, [], Pace()) is begin
+    assert seen == [(begin, False), (pushed, False), (begin, True)]
+
+
+def test_what_followed_a_wander_of_the_position_is_asked_again_beside_it(play):
+    """A false effect gains by what a wander leaves that a rich model has followed."""
+    false, begin, known = Judged("shallow_water", fit(1.2)), fit(1.3), fit(1.0, "known", off=False)
+
+    def turn(fitted, _pace, _barred, **_):
+        return Turn(fitted, (), (false,), false if fitted is begin else None)
+
+    turns = []
+    play(_turn=turn, with_wander_known=lambda fitted: known if fitted is begin else fitted)
+    assert rounds(begin, turns, Pace()) is known
+    assert [t.taken for t in turns] == [None]
 
 
 @pytest.mark.parametrize(

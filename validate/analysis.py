@@ -27,7 +27,7 @@ from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.begins import begun_in
 from validate.carried import carried_tables
-from validate.diagnosis import Diagnosis, Validation
+from validate.diagnosis import MATERIALITY, Diagnosis, Validation
 from validate.grown import grown
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import search
@@ -74,7 +74,7 @@ def analyse(
     optimiser: str = "auto",
     seed: int = 0,
     loop: bool = True,
-    materiality: float = 0.10,
+    materiality: float = MATERIALITY,
     grows: bool = False,
     progress: Progress = silent,
 ) -> Analysis:

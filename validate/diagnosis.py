@@ -16,6 +16,9 @@ from preprocess.trial import Trial
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: What stays unexplained is material above this share of a channel's spread, where nothing else is asked for.
+MATERIALITY = 0.1
+
 
 class Verdict(Enum):
     """The four verdicts; the value is what a person reads."""
@@ -89,7 +92,7 @@ class Diagnosis:
     rounds: tuple[Round, ...]
     unexplained: Mapping[str, float]
     advice: str
-    materiality: float = 0.10
+    materiality: float = MATERIALITY
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from identify.disturbance import with_disturbances
 from identify.disturbed import Sizes
-from identify.fitted import FAR, Fitted
+from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import calibrated_anew
 from identify.output_error import Prior
 from identify.unlogged import nothing_hidden, with_pushes
@@ -20,6 +20,8 @@ from validate.refits import under
 
 #: A fit under new weights is refitted so many times.
 ROUNDS = 2
+#: Pushes are believed that leave no more than this share of the largest slow error.
+SHARE = 0.6
 
 
 def pushes_known(problem: Problem) -> Sizes | None:
@@ -30,7 +32,7 @@ def pushes_known(problem: Problem) -> Sizes | None:
 def with_pushes_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the pushes known that its errors are likeliest with, if these are all that they show.
 
-    As it was at the noise and far from it, where pushes are known, and where with them it is still off.
+    As it was at the noise and far from it, where pushes are known, and where much of what is slow is left with them.
     """
     if not fitted.is_off or fitted.chi2_per_dof > FAR or pushes_known(fitted.problem):
         return fitted
@@ -40,7 +42,8 @@ def with_pushes_known(fitted: Fitted) -> Fitted:
     found = fitted
     for _ in range(ROUNDS):
         found = under(_pushed(found, disturbed.sizes), found, 20)
-    return fitted if found.is_off else found
+    before, after = (float(f.problem.dispersed.inflation.max()) for f in (fitted, found))
+    return found if found.chi2_per_dof < NEAR and after < SHARE * before else fitted
 
 
 def with_pushes_anew(fitted: Fitted) -> Fitted:
