@@ -155,7 +155,7 @@ class Stretch:
         """What takes off the drifts and waves that are known; σ count ``inflation`` (4,) times, a drift with them."""
         if not self.drifts and self.swell is None:
             return NO_FILTER
-        t, kind = self.samples.t, self.samples.kind
+        t, kind = self.samples.taken, self.samples.kind
         used = np.isin(kind, [d.kind for d in self.drifts]) | (self.swell is not None)
         since = since_used(t, used)
         parts = [d.process(since, kind) for d in drifting(self.drifts, inflation)]

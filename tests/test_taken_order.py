@@ -13,6 +13,9 @@ from identification_samples import trials_of
 
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
+from identify.drift import Drift
+from identify.innovations import new_in
+from identify.kernel import HEADING
 from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
 from identify.stretch import Samples
@@ -111,3 +114,18 @@ def test_a_lag_is_found_where_each_log_begins_with_an_order(seed):
     assert fitted.chi2_per_dof < 1.05
     assert abs(value[k] - 0.55) < 2.5 * sd[k]
     assert sd[k] < 0.02
+
+
+def test_what_two_sensors_show_is_taken_off_at_the_times_at_which_late_stamps_were_taken():
+    """By the stamps, the time since the sample before was none and seconds by turns; waves show in all of them."""
+    stretch = replace(on_time().identify[0], drifts=(Drift(0.4, 30.0), Drift(0.02, 10.0, HEADING)))
+    samples = stretch.samples
+    late = np.array([-2.5, 0.0, 0.3, 0.0])
+    stamped = replace(stretch, samples=replace(samples, t=samples.t + late[samples.kind]))
+    order = np.argsort(samples.t, kind="stable")
+    assert np.all(order == np.arange(len(order)))
+    ordered = by_clocks(stamped, late)
+    whole = [slice(0, len(samples.t))]
+    errors = np.random.default_rng(0).standard_normal((len(samples.t), 2, 1))
+    plain, other = (new_in(s.known(np.ones(4), whole), whole[0], errors) for s in (stretch, ordered))
+    assert other == pytest.approx(plain, abs=1e-6)
