@@ -192,8 +192,7 @@ def calibrated_anew(problem: Problem, solution: Solution | Settled, fine: bool =
         e * (problem.inflation[problem.kinds(w)] * ratio[w.stretch][w.samples])[:, None]
         for w, e in zip(problem.windows, solution.moments.raw, strict=True)
     ]
-    pushes = problem.unlogged.pushes if problem.unlogged else None
-    known = most_likely(bare, solution.structure, solution.p, raw, fine, pushes)
+    known = most_likely(bare, solution.structure, solution.p, raw, fine, problem.pushes)
     return found if known is None else calibrated(replace(problem, unlogged=known), solution)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from identify import kernel
 from identify.compiled import along_all, motion_of, no_sensors, nothing_along, places_of, rows_of, sensing_of
+from identify.disturbed import Sizes
 from identify.drive import Drive, drives
 from identify.first_states import begun
 from identify.innovations import Filter, new_in
@@ -100,6 +101,11 @@ class Problem:
     def hides(self) -> bool:
         """Whether anything moves the vessel that no log says."""
         return self.unlogged is not None or self.swell is not None
+
+    @property
+    def pushes(self) -> Sizes | None:
+        """Pushes and drifts that are known though no log says them."""
+        return self.unlogged.pushes if self.unlogged else None
 
     @property
     def drifts(self) -> bool:

@@ -10,7 +10,7 @@ from test_disturbance import pushed, sailed
 
 from identify.base_fit import fit_from_scratch
 from identify.windows import cut
-from validate.pushes import pushes_known, with_pushes_anew, with_pushes_known, without_pushes
+from validate.pushes import with_pushes_anew, with_pushes_known, without_pushes
 
 #: Jumps of u, v, r, m/s and rad/s, about every two seconds: many times what the sensors' noise leaves open.
 GUSTS = (0.02, 0.02, 0.002)
@@ -32,7 +32,7 @@ def known(seed=1):
 
 
 def test_pushes_that_are_all_that_is_left_are_known_and_leave_the_noise():
-    push = pushes_known(known().problem).push
+    push = known().problem.pushes.push
     assert gusty().is_off
     assert not known().is_off
     assert push[:2] == pytest.approx(np.array(GUSTS[:2]) / np.sqrt(APART), rel=0.6)
@@ -61,20 +61,18 @@ def test_pushes_are_known_in_windows_of_another_length_too():
     problem = known().problem
     longer = cut(problem.stretches, 60.0).weighted_as(problem)
     answers = longer.unlogged.over(longer)
-    assert answers.pushes is pushes_known(problem)
+    assert answers.pushes is problem.pushes
     assert len(answers.pushed) == len(problem.stretches)
     assert all(np.abs(a).max() > 0.0 for a in answers.pushed)
 
 
 def test_without_them_the_same_parameters_are_off_the_noise_again():
     bare = without_pushes(known())
-    assert pushes_known(bare.problem) is None
+    assert bare.problem.pushes is None
     assert bare.solution.p == pytest.approx(known().solution.p, rel=1e-3, abs=1e-6)
     assert bare.is_off
 
 
 def test_told_anew_they_are_as_large_where_nothing_was_missing():
     again = with_pushes_anew(known())
-    assert pushes_known(again.problem).push[:2] == pytest.approx(
-        pushes_known(known().problem).push[:2], rel=0.2
-    )
+    assert again.problem.pushes.push[:2] == pytest.approx(known().problem.pushes.push[:2], rel=0.2)

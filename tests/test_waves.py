@@ -368,7 +368,7 @@ def test_waves_that_errors_only_may_show_are_known_near_the_noise_alone(monkeypa
     monkeypatch.setattr(swell, "_bare", lambda fitted: fitted)
     monkeypatch.setattr(swell, "_perhaps", lambda _: "waves")
     monkeypatch.setattr(swell, "_with_likeliest_shape", lambda *_: "problem")
-    monkeypatch.setattr(swell, "_knowing", lambda *_: fits[beside])
+    monkeypatch.setattr(swell, "knowing", lambda *_: fits[beside])
     assert (swell._tried(fits[without]) is fits[beside]) == known
 
 

@@ -24,17 +24,12 @@ ROUNDS = 2
 SHARE = 0.6
 
 
-def pushes_known(problem: Problem) -> Sizes | None:
-    """Pushes and drifts that a problem knows of; None where it knows of none."""
-    return problem.unlogged.pushes if problem.unlogged else None
-
-
 def with_pushes_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the pushes known that its errors are likeliest with, if these are all that they show.
 
     As it was at the noise and far from it, where pushes are known, and where much of what is slow is left with them.
     """
-    if not fitted.is_off or fitted.chi2_per_dof > FAR or pushes_known(fitted.problem):
+    if not fitted.is_off or fitted.chi2_per_dof > FAR or fitted.problem.pushes:
         return fitted
     disturbed = with_disturbances(replace(fitted, refits=())).disturbed
     if disturbed is None:
@@ -51,7 +46,7 @@ def with_pushes_anew(fitted: Fitted) -> Fitted:
 
     Without any at the noise; as it was where none were known, or none account for the errors any more.
     """
-    if pushes_known(fitted.problem) is None:
+    if fitted.problem.pushes is None:
         return fitted
     bare = without_pushes(fitted)
     bare = under(calibrated_anew(bare.problem, bare.solution), replace(bare, prior=fitted.prior), 20)

@@ -14,6 +14,7 @@ from identify.first_states import first_states
 from identify.fitted import FAR, NEAR, Fitted
 from identify.free_running import is_lost
 from identify.in_common import in_common
+from identify.noise import calibrated_anew
 from identify.output_error import Solution, Stopped, solve
 from identify.rough_fit import roughly
 from identify.settled import settled
@@ -51,6 +52,8 @@ FORCED = 3
 LONGER_WAY = 8
 #: What swings is searched for so many times as long.
 LONGER = 3
+#: A fit under new weights is refitted so many times.
+ROUNDS = 3
 #: So many are refitted beside each other before one is given up because it cannot reach what another has.
 FEW = 2
 
@@ -282,3 +285,11 @@ def under(problem: Problem, fitted: Fitted, budget: int = 12) -> Fitted:
         problem, s.structure, s.p, first, fitted.prior, anchor=anchor, budget=budget, tolerance=tolerance
     )
     return replace(fitted, problem=problem, solution=solution)
+
+
+def knowing(fitted: Fitted, problem: Problem) -> Fitted:
+    """The fit gone on with in a problem that knows of other disturbances than its own, noise told anew with them."""
+    for _ in range(ROUNDS):
+        fitted = under(problem, fitted, 20)
+        problem = calibrated_anew(problem, fitted.solution)
+    return under(problem, fitted, 20)

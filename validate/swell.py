@@ -11,20 +11,17 @@ import numpy as np
 
 from identify.base_fit import fit_from_scratch, fit_states, tried, window_length
 from identify.fitted import FAR, NEAR, Fitted
-from identify.noise import calibrated_anew
 from identify.stretch import Stretch
 from identify.structure import effects_alone
 from identify.swell import Swell
 from identify.windows import Problem, cut
 from preprocess.cores import side_by_side
 from validate.peaks import ENOUGH_CYCLES, LEAST_CYCLES
-from validate.refits import under
+from validate.refits import knowing
 from validate.waves import hardly_seen, perhaps_waves, waves_of
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-#: A fit under new weights is refitted so many times.
-ROUNDS = 3
 #: Shares of a resonance's skirt that are tried, and how many times as wide a band as was seen ...
 SKIRTS, WIDTHS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0), (0.5, 1.0, 2.0, 4.0)
 #: ... in about so many windows.
@@ -56,7 +53,7 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     problem = _with_likeliest_shape(usual, swell)
     if _band(problem.swell) == _band(known):
         return fitted
-    found = _knowing(usual, problem)
+    found = knowing(usual, problem)
     return found if known else _from_where_it_led(fitted, found)
 
 
@@ -104,7 +101,7 @@ def _tried(fitted: Fitted) -> Fitted | None:
     perhaps = _perhaps(bare)
     if perhaps is None:
         return None
-    found = _knowing(bare, _with_likeliest_shape(bare, perhaps))
+    found = knowing(bare, _with_likeliest_shape(bare, perhaps))
     return found if found.chi2_per_dof < max(NEAR, min(FAR, LEFT * fitted.chi2_per_dof)) else None
 
 
@@ -150,7 +147,7 @@ def without_waves(fitted: Fitted) -> Fitted:
     problem = fitted.problem
     if problem.swell is None:
         return fitted
-    return _knowing(fitted, replace(problem, stretches=in_swell(problem.stretches, None)))
+    return knowing(fitted, replace(problem, stretches=in_swell(problem.stretches, None)))
 
 
 def needs_waves(fitted: Fitted) -> bool:
@@ -160,14 +157,6 @@ def needs_waves(fitted: Fitted) -> bool:
     """
     bare = without_waves(fitted)
     return bare is fitted or bare.is_off or perhaps_waves(bare) is not None
-
-
-def _knowing(fitted: Fitted, problem: Problem) -> Fitted:
-    """The fit gone on with in a problem that knows of waves, or of none."""
-    for _ in range(ROUNDS):
-        fitted = under(problem, fitted, 20)
-        problem = calibrated_anew(problem, fitted.solution)
-    return under(problem, fitted, 20)
 
 
 def _band(swell: Swell | None) -> tuple[object, ...] | None:

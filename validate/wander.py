@@ -14,12 +14,10 @@ from identify.kernel import POSITION
 from identify.noise import calibrated, calibrated_anew
 from identify.parameter_covariance import reduction_of
 from identify.wander import in_wander, likeliest_wander, wander_shown
-from validate.refits import under
+from validate.refits import knowing, under
 
 #: Above this cost per degree of freedom no drift is looked for.
 TOO_FAR = 20.0
-#: A fit under new weights is refitted so many times.
-ROUNDS = 3
 #: Steps after which a fit without a drift that was known is told it anew.
 STEPS = 5
 
@@ -60,11 +58,7 @@ def with_wander_anew(fitted: Fitted) -> Fitted:
 
 def _drifting(fitted: Fitted, drift: Drift) -> Fitted:
     """The fit gone on with where a drift of the position is known."""
-    problem = replace(fitted.problem, stretches=in_wander(fitted.problem.stretches, drift))
-    for _ in range(ROUNDS):
-        fitted = under(problem, fitted, 20)
-        problem = calibrated_anew(problem, fitted.solution)
-    return under(problem, fitted, 20)
+    return knowing(fitted, replace(fitted.problem, stretches=in_wander(fitted.problem.stretches, drift)))
 
 
 def _position_slow(fitted: Fitted) -> float:
