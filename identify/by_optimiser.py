@@ -7,7 +7,7 @@ own spread. A whole generation is run by the compiled code at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from identify.drive import Drive, drive
 from identify.fitted import Fitted
 from identify.lanes import Compared, Driven, misfits_in_lanes
 from identify.noise import calibrated
-from identify.optimisers import OPTIMISERS, Minimum, minimise
-from identify.output_error import prior_for
+from identify.optimisers import OPTIMISERS, Minimum, StopReason, minimise
+from identify.output_error import Stopped, prior_for
 from identify.prepare import Prepared
 from identify.regression import coefficient_scales, start_by_regression, through_water
 from identify.stretch import Stretch
@@ -156,13 +156,13 @@ def fit_by_optimiser(
     )
     p = p.copy()
     p[structure.simple] = found.x
-    return with_states(prepared, p), found
+    return with_states(prepared, p, found.stopped), found
 
 
-def with_states(prepared: Prepared, p: FloatArray) -> Fitted:
-    """Given parameters as a fit: first states fitted, noise calibrated, nothing else moved."""
+def with_states(prepared: Prepared, p: FloatArray, stopped: Stopped | StopReason) -> Fitted:
+    """Given parameters as a fit: first states fitted, noise calibrated, nothing else moved; why a search ``stopped``."""
     structure = prepared.structure
     problem = cut(prepared.identify, window_length(structure.vessel.length))
     problem = calibrated(problem, fit_states(problem, structure, p))
     prior = prior_for(structure, coefficient_scales(structure, p, prepared.identify))
-    return Fitted(problem, prior, fit_states(problem, structure, p))
+    return Fitted(problem, prior, replace(fit_states(problem, structure, p), stopped=stopped))

@@ -13,6 +13,7 @@ from identify.estimators import ESTIMATORS, Estimate, Estimator
 from identify.estimators.tuning import Hyper, tune
 from identify.fitted import Fitted
 from identify.optimisers import OPTIMISERS
+from identify.output_error import Stopped
 from identify.own_bias import with_own_bias
 from identify.prepare import Prepared
 from identify.regression import accelerations, averaged, regressors, steps_of_slope
@@ -146,7 +147,7 @@ def fit_by_tuning(prepared: Prepared, estimator: str, optimiser: str = "auto", s
         found = _estimate(chosen, optimiser, (design, rows.target[:, equation], rows.groups), gap, seed)
         p[others], p[bias] = np.nan_to_num(found.theta), found.bias
     low, high = (np.array([s.parameter.bounds[k] for s in structure.slots]) for k in (0, 1))
-    return with_states(prepared, np.clip(p, low, high))
+    return with_states(prepared, np.clip(p, low, high), Stopped.SOLVED)
 
 
 def _is_one(slot: Slot) -> bool:

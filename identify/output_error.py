@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from identify.moments import Moments
 from identify.reduction import Reduced, reduce
 from identify.structure import Structure
 from identify.windows import Problem
+
+if TYPE_CHECKING:
+    from identify.optimisers import StopReason
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -39,6 +43,7 @@ class Stopped(Enum):
     HOPELESS = "The search was given up because it could not reach what another had reached."
     BUDGET = "The search stopped because it had used up its steps."
     DIVERGED = "The prediction ran away from the first step on."
+    SOLVED = "Nothing was searched: a regression solves for its coefficients at once."
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ class Solution:
     """Where a search ended.
 
     ``p`` (np,), ``first`` (w, 8), ``cost`` without and ``penalty`` with priors, ``reduced`` the normal equations
-    there, ``moments`` the raw moments, ``held`` the parameters at a bound.
+    there, ``moments`` the raw moments, ``held`` the parameters at a bound; ``stopped`` an optimiser's own reason where
+    that searched.
     """
 
     structure: Structure
@@ -78,7 +84,7 @@ class Solution:
     reduced: Reduced
     moments: Moments
     held: BoolArray
-    stopped: Stopped
+    stopped: Stopped | StopReason
     steps: int
 
     @property

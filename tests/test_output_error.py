@@ -174,6 +174,7 @@ def test_a_population_optimiser_lowers_the_error_and_repeats_itself():
     found, minimum = fit_by_optimiser(prepared, "aco_r", seed=1, budget=300)
     again, _ = fit_by_optimiser(prepared, "aco_r", seed=1, budget=300)
     assert minimum.evaluations <= 300
+    assert found.solution.stopped is minimum.stopped
     assert np.array_equal(found.solution.p, again.solution.p)
     assert minimum.value < 0.7 * minimum.history[0, 1]
     structure = prepared.structure
@@ -215,6 +216,7 @@ def test_every_regression_comes_near_the_truth(estimator, optimiser):
     gain = next(k for k, s in enumerate(slots) if s.term and s.term.text == "N:thruster")
     assert found.solution.p[gain] == pytest.approx(truth["r", "N:thruster"], rel=0.3)
     assert np.isfinite(found.solution.cost)
+    assert found.solution.stopped is Stopped.SOLVED
 
 
 def test_first_states_are_the_smoothed_ones():
