@@ -160,7 +160,7 @@ def fit_by_optimiser(
 
 
 def with_states(prepared: Prepared, p: FloatArray, stopped: Stopped | StopReason) -> Fitted:
-    """Given parameters as a fit: first states fitted, noise calibrated, nothing else moved; why a search ``stopped``."""
+    """Given parameters as a fit, and why a search ``stopped``: first states fitted, noise calibrated, no more."""
     structure = prepared.structure
     problem = cut(prepared.identify, window_length(structure.vessel.length))
     problem = calibrated(problem, fit_states(problem, structure, p))

@@ -156,6 +156,19 @@ def test_waves_that_show_are_known_before_a_roll_that_does_not_come_to_the_noise
     assert module._in_waves(begin, Turn(begin, (), (), None)) is None
 
 
+def test_what_followed_waves_before_they_were_known_is_taken_back_before_anything_else_is_looked_at(play):
+    """A roll that was taken over short windows, in which no waves show, lets a false clock gain beside them."""
+    begin, bare, looks = fit(1.0, "with a roll", swell="waves"), fit(1.0, "without", swell="waves"), []
+
+    def turn(fitted, *_, **__):
+        looks.append(fitted)
+        return Turn(fitted, (), (), None)
+
+    play(_turn=turn, _swinging=lambda *_: None, pruned=lambda fitted, _: bare)
+    assert rounds(begin, [], Pace()) is bare
+    assert looks == [bare]
+
+
 @pytest.mark.parametrize("settles", [1.0, 2.0])
 def test_what_is_sure_but_runs_away_as_the_model_did_is_worth_it_once_begun_anew(monkeypatch, settles):
     """A rich model with a rudder's play runs away from where it was without; begun anew with it, it does not."""

@@ -164,3 +164,22 @@ def test_waves_that_led_a_far_fit_to_a_nearer_valley_are_seen_anew_from_there(mo
     monkeypatch.setattr(module, "_seen_again", lambda found: ("again", found))
     expected = ("anew", bare) if anew else ("again", "found")
     assert module._from_where_it_led(fitted, "found") == expected
+
+
+@pytest.mark.parametrize(
+    ("off", "off_without", "kept"), [(False, True, True), (False, False, False), (True, True, False)]
+)
+def test_waves_are_not_forgotten_where_a_fit_at_the_noise_leaves_it_without_them(
+    monkeypatch, off, off_without, kept
+):
+    """Beside a false clock their band was seen no more, and the fit was thirteen times the noise without."""
+    fitted, without = (
+        SimpleNamespace(problem=SimpleNamespace(swell=SWELL), is_off=o, chi2_per_dof=1.0)
+        for o in (off, off_without)
+    )
+    bare = SimpleNamespace(swell=None)
+    stubs = {"_in_usual_windows": lambda f: f, "_shown": lambda _: None, "_would_show": lambda *_: True}
+    stubs |= {"_with_likeliest_shape": lambda *_: bare, "knowing": lambda *_: without}
+    for name, stub in stubs.items():
+        monkeypatch.setattr(module, name, stub)
+    assert module.with_waves_known(fitted) is (fitted if kept else without)

@@ -18,6 +18,7 @@ from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, 
 from validate.log_sets import in_likeliest_sets, ways
 from validate.pace import ANOTHER, LAST, Pace
 from validate.pairs import best_pair
+from validate.pruning import pruned
 from validate.pushes import with_pushes_anew, with_pushes_known
 from validate.refits import under
 from validate.sizes import at_likeliest_size
@@ -91,6 +92,7 @@ def rounds(
                 turns.append(instead[0])
                 fitted = instead[1]
                 continue
+            fitted = pruned(fitted, pace)  # what was taken without may have followed them
         turn = _turn(fitted, pace, barred, again=repeats)
         wandering = _wandering(turn)
         if wandering:

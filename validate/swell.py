@@ -37,8 +37,8 @@ LONGER = 2.0
 def with_waves_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the waves that its errors show, and what they leave open, known; without any as it was.
 
-    Where it knew of waves that are not there any more, without these. Waves that its errors only may show are known
-    from then on if with them it comes to the noise, or nearly.
+    Where it knew of waves that are not there any more, without these; those that alone keep it at the noise are there.
+    Waves that its errors only may show are known from then on if with them it comes to the noise, or nearly.
     """
     known = fitted.problem.swell
     if known is None and fitted.chi2_per_dof < NEAR:
@@ -54,6 +54,8 @@ def with_waves_known(fitted: Fitted) -> Fitted:
     if _band(problem.swell) == _band(known):
         return fitted
     found = knowing(usual, problem)
+    if swell is None and found.is_off and not fitted.is_off:
+        return fitted
     return found if known else _from_where_it_led(fitted, found)
 
 
