@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from preprocess.trial import FloatArray, Measurement
+from preprocess.turned import pieces, turned_at
 from preprocess.vessel import Input
 
 #: Rudders do not turn farther, rad.
@@ -142,12 +143,9 @@ def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, Flo
     if min(int(m.good.sum()) for m in (heading, gyro)) < PLACES:
         return np.zeros(0), np.zeros(0)
     t, at, rate = heading.t[heading.good], gyro.t[gyro.good], gyro.value[gyro.good].ravel()
-    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
-    told = np.interp(t, at, turned)
+    told = turned_at(t, at, rate)
     psi = unwound(heading.value[heading.good].ravel(), told)
-    wanted = np.arange(max(t[0], at[0]), min(t[-1], at[-1]), OVER)
-    edges = np.unique(np.searchsorted(t, wanted))
-    covered = (np.diff(np.searchsorted(at, t[edges])) > TELLS) & (np.diff(t[edges]) < LONGEST)
+    edges, covered = pieces(t, at, OVER, LONGEST, TELLS + 1)
     return np.diff(psi[edges])[covered], np.diff(told[edges])[covered]
 
 

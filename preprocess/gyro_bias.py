@@ -13,6 +13,7 @@ import numpy as np
 
 from preprocess.chains import Stream
 from preprocess.trial import FloatArray
+from preprocess.turned import pieces, turned_at
 
 #: Turns are compared over pieces of this length, s; of one that is so many times as long, samples are missing.
 PIECE, LONGEST = 5.0, 1.5
@@ -44,10 +45,6 @@ def rates_apart(heading: Stream, gyro: Stream) -> FloatArray:
     t, at = heading.t[heading.good], gyro.t[gyro.good]
     if min(len(t), len(at)) < FEWEST:
         return np.zeros(0)
-    rate = gyro.value[gyro.good, 0]
-    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
-    apart = np.interp(t, at, turned) - heading.value[heading.good, 0]
-    edges = np.unique(np.searchsorted(t, np.arange(max(t[0], at[0]), min(t[-1], at[-1]), PIECE)))
-    lasting = np.diff(t[edges])
-    covered = (np.diff(np.searchsorted(at, t[edges])) >= SAMPLES) & (lasting < LONGEST * PIECE)
-    return np.asarray(np.diff(apart[edges])[covered] / lasting[covered], dtype=float)
+    apart = turned_at(t, at, gyro.value[gyro.good, 0]) - heading.value[heading.good, 0]
+    edges, covered = pieces(t, at, PIECE, LONGEST * PIECE, SAMPLES)
+    return np.asarray((np.diff(apart[edges]) / np.diff(t[edges]))[covered], dtype=float)
