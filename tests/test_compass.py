@@ -15,11 +15,14 @@ from identify.kernel import HEADING
 from identify.prepare import prepare
 from preprocess import compass
 from preprocess.compass import heading_wander, with_heading_wander
+from preprocess.wander_likelihood import Likeliest
 from validate.structure_left import structured_share
 
 LOGS = ("zigzag", "random", "circle", "zigzag")
 STILL = Sensor(10.0, 0.01)
 WANDERING = replace(STILL, wander=0.02, wander_time=40.0)
+#: An estimator of attitude that filters its compass.
+FILTERED = Sensor(20.0, 0.01, wander=0.01, wander_time=0.8)
 
 
 def sailed(heading=STILL, effects=(), seed=1, logs=LOGS, seconds=90.0):
@@ -33,9 +36,18 @@ def test_a_wander_shows_with_its_size():
     assert np.exp(np.mean(np.log(sizes))) == pytest.approx(0.02, rel=0.4)
 
 
+def test_a_wander_within_seconds_shows_with_its_size_and_the_noise_beside_it():
+    found = [heading_wander(sailed(FILTERED, seed=k)) for k in range(3)]
+    for of in ("size", "white"):
+        assert [getattr(f, of) for f in found] == pytest.approx([0.01] * 3, rel=0.2)
+    assert [f.time for f in found] == pytest.approx([0.8] * 3, rel=1.1)
+    assert heading_wander(sailed(replace(FILTERED, rate=1.0))) is None  # too seldom to show it
+
+
 @pytest.mark.parametrize("seed", range(4))
-def test_white_noise_is_no_wander(seed):
-    assert heading_wander(sailed(seed=seed)) is None
+@pytest.mark.parametrize("rate", [2.0, 10.0, 20.0])
+def test_white_noise_is_no_wander(seed, rate):
+    assert heading_wander(sailed(replace(STILL, rate=rate), seed=seed)) is None
 
 
 @pytest.mark.parametrize(
@@ -120,6 +132,18 @@ def test_a_known_wander_is_noise_and_not_structure_that_the_model_lacks():
     assert shares[1] <= shares[0]
 
 
+def test_a_wander_within_seconds_is_no_structure_either():
+    """Counted as so many times the noise it bends coefficients, and what is small is not seen beside it."""
+    trials, chi2, slow = sailed(FILTERED), [], []
+    for known in (trials, with_heading_wander(trials)):
+        prepared = prepare(known, "modulus")
+        fitted = fit_from_scratch(prepared.structure, prepared.identify)
+        chi2.append(fitted.chi2_per_dof)
+        slow.append(fitted.problem.dispersed.inflation[HEADING])
+    assert chi2[1] == pytest.approx(1.0, abs=0.04) and chi2[0] > 1.04
+    assert slow[0] > 2.0 > 1.2 > slow[1]
+
+
 @pytest.mark.parametrize("rate", [0.0, 0.1])
 def test_an_exact_compass_does_not_wander(rate):
     """Neither at rest nor in a steady turn, where nothing at all is left of heading and gyro."""
@@ -142,6 +166,6 @@ def test_an_exact_compass_does_not_wander(rate):
 def test_a_gain_is_what_it_is_though_the_first_time_constant_is_preferred(monkeypatch, first, other, chosen):
     """Times that are not told apart leave the first; what speaks for it is not the more for that."""
     gains = {None: 0.0, 40.0: first, 10.0: other}
-    monkeypatch.setattr(compass, "_likeliest", lambda _, time: (-gains.get(time, 0.0), 0.02))
+    monkeypatch.setattr(compass, "likeliest", lambda _, time: Likeliest(-gains.get(time, 0.0), 0.02, 0.01))
     found = heading_wander(sailed())
     assert (found and (found.time, found.gain)) == (chosen and (chosen, gains[chosen]))
