@@ -151,7 +151,8 @@ def _pair(x: FloatArray, y: FloatArray) -> float:
     if len(x) < 64 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
         return 0.0
     size = min(256, len(x) // 4)
-    _, c = coherence(x, y, nperseg=size)
+    with np.errstate(invalid="ignore"):  # at frequencies at which nothing happened
+        c = np.nan_to_num(coherence(x, y, nperseg=size)[1])
     _, p = (
         periodogram(x, nfft=2 * (len(c) - 1), detrend="constant")
         if len(x) <= 2 * (len(c) - 1)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from preprocess_samples import Imperfect, sampled, truth_of
 
+from preprocess.excitation import _pair as coherent
 from preprocess.excitation import excitation
 from preprocess.manoeuvres import find_manoeuvres, plateaus, reversals
 from preprocess.run_of_log import LoggedRun
@@ -104,3 +105,10 @@ def test_excitation_says_what_was_not_varied():
     assert good.regressions[1].condition < poor.regressions[1].condition
     assert good.ranges["r"][1] > poor.ranges["r"][1]
     assert max(good.coherence.values()) > 0.3
+
+
+def test_an_input_that_switches_as_evenly_as_its_log_has_a_coherence_all_the_same():
+    """At most frequencies then nothing happens at all."""
+    even, noise = np.tile([1.0, -1.0], 600), np.random.default_rng(1).standard_normal(1200)
+    assert 0.0 < coherent(even, noise) < 0.3
+    assert coherent(even, even) == pytest.approx(1.0)
