@@ -266,10 +266,13 @@ def excess(fitted: Fitted) -> FloatArray:
 
 
 def at_bound(fitted: Fitted, index: int | None = None) -> bool:
-    """Whether a parameter of an effect, or of one of them, ended at a bound; a coefficient may well be nothing."""
+    """Whether a parameter of an effect, of the last one by default, ended at a bound; a coefficient may be nothing.
+
+    That one taken before is driven to its bound, because it had stood for this one, does not speak against this one.
+    """
+    index = len(fitted.solution.structure.actives) - 1 if index is None else index
     return any(
-        s.effect >= 0
-        and index in (None, s.effect)
+        s.effect == index >= 0
         and p in s.parameter.bounds
         and (p != s.parameter.null or s.coefficient < 0)
         for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
