@@ -272,9 +272,7 @@ def at_bound(fitted: Fitted, index: int | None = None) -> bool:
     """
     index = len(fitted.solution.structure.actives) - 1 if index is None else index
     return any(
-        s.effect == index >= 0
-        and p in s.parameter.bounds
-        and (p != s.parameter.null or s.coefficient < 0)
+        s.effect == index >= 0 and p in s.parameter.bounds and (p != s.parameter.null or s.coefficient < 0)
         for s, p in zip(fitted.solution.structure.slots, fitted.solution.p, strict=True)
     )
 
