@@ -1,9 +1,9 @@
-"""A position or a heading that wanders: what of it is known is taken off as it comes (``identify.innovations``).
+"""A sensor whose errors wander: what of it is known is taken off as it comes (``identify.innovations``).
 
 A satellite receiver's errors drift beside their white part (first-order Gauss-Markov). The smoother has told the drift
-from the motion (``preprocess.wander``), whatever model there is; that of a compass the gyro tells
-(``preprocess.compass``). Against the motion of an agile vessel a small one shows only in the errors of a fit that is
-near the noise (``identify.wander``).
+from the motion (``preprocess.wander``), whatever model there is; a compass's and a gyro's tell each other
+(``preprocess.compass``), a velocity's the positions (``preprocess.receiver``). Against the motion of an agile vessel a
+small one shows only in the errors of a fit that is near the noise (``identify.wander``).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.innovations import Process
-from identify.kernel import POSITION
+from identify.kernel import POSITION, VELOCITY
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -22,7 +22,7 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 @dataclass(frozen=True)
 class Drift:
-    """Standard deviation of a drift, m along each axis or rad, its time constant, s, and the kind that drifts.
+    """Standard deviation of a drift, along each axis or of the angle, SI, its time constant, s, and what drifts.
 
     ``shown``: by the errors of a fit, not told from the motion before there was one.
     """
@@ -34,7 +34,7 @@ class Drift:
 
     def process(self, since: FloatArray, kind: IntArray) -> Process:
         """Its states (north and east, or the angle) at samples (m,) of these kinds, ``since`` the one before, s."""
-        axes = 2 if self.kind == POSITION else 1
+        axes = 2 if self.kind in (POSITION, VELOCITY) else 1
         kept = np.exp(-since / self.time)
         noise = self.size**2 * (1.0 - kept**2)
         own = np.repeat(np.arange(axes)[:, None], 2, axis=1)

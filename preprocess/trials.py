@@ -21,6 +21,7 @@ from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
 from preprocess.rarely import require_often
 from preprocess.raw import Raw, read_raw
+from preprocess.receiver import with_velocity_wander
 from preprocess.resolve import chosen, of_one_receiver, require, source_of
 from preprocess.rounding import resolution
 from preprocess.run_of_log import LoggedRun
@@ -114,7 +115,7 @@ def make_trials(
     trials = side_by_side(
         made, todo, lambda one: tell(one[0].run.name, names.index(one[0].run.name) / len(names))
     )
-    return with_excitation(with_heading_wander([t for each in trials for t in each]))
+    return with_excitation(with_velocity_wander(with_heading_wander([t for each in trials for t in each])))
 
 
 def gather(

@@ -1,7 +1,7 @@
-"""How likely a wander of the heading is beside its white noise and a gyro whose own noise adds up.
+"""How likely errors that wander are, of a sensor or of one of its rate, beside white noise that adds up in the latter.
 
 Restricted likelihood (Patterson and Thompson 1971) over pieces, with what all have alike and what each has of its own
-taken off as far as it goes.
+taken off as far as it goes. A wander is first-order Gauss-Markov noise; of the rate it counts as its integral.
 """
 
 from __future__ import annotations
@@ -13,58 +13,123 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from preprocess.against_gyro import EXACT, UNTOLD, Piece
+from preprocess.against_gyro import UNTOLD
+from preprocess.integrated import EXACT, Piece
 from preprocess.trial import FloatArray
 
 #: Sizes are sought between these, as logarithms, in units of the white noise of a block.
 RANGE = (-5.0, 8.0)
-#: So much, as a logarithm, may the gyro's noise add up faster than its samples say: they miss what is between them.
+#: So much, as a logarithm, may the rate's noise add up faster than its samples say: they miss what is between them ...
 WALKS = (0.0, 1.2)
+#: ... or hardly, where they come often.
+HARDLY = (0.0, 0.1)
+#: Where searches begin, as logarithms, and how far first steps go: of the walk, of one that is hardly any, of a wander,
+#: and of a rate that walks.
+BEGIN, STEP = (0.2, 0.05, 1.0, -1.0), (0.5, 0.04, 1.0, 1.5)
 #: Evaluations of the likelihood in a search.
 MOST_EVALUATIONS = 90
 
 
+class Errors(NamedTuple):
+    """What errors are taken for: a wander of the value and one of its rate, by their time constants, s.
+
+    ``walks`` where the rate's constant error may change by and by; ``often`` where the rate is sensed so often that
+    next to nothing is missed between its samples.
+    """
+
+    own: float | None = None
+    rate: float | None = None
+    walks: bool = True
+    often: bool = False
+
+
 class Likeliest(NamedTuple):
-    """Least -2 log likelihood, the size of the wander there, rad, and the heading's white noise, rad."""
+    """Least -2 log likelihood; sizes of the wanders there (0 where there is none), and the value's white noise."""
 
     deviance: float
-    size: float
+    own: float
+    rate: float
     white: float
 
 
-def likeliest(pieces: Sequence[Piece], time: float | None) -> Likeliest:
-    """The likeliest of the gyro's noises and of a wander of the heading with a ``time`` constant, s; None: without.
+class _Part(NamedTuple):
+    """Part of a covariance: its unit in every piece (b, b), the scale of its size, and where that is sought."""
 
-    Sizes are counted in the white noise of a block: what the gyro's rate does in a piece, and the heading at any time;
-    what the gyro's own noise adds up to, in what it is taken for.
+    units: list[FloatArray]
+    scale: float
+    begin: float
+    step: float
+    bounds: tuple[float, float]
+
+
+def likeliest(pieces: Sequence[Piece], errors: Errors) -> Likeliest:
+    """The likeliest sizes of what the ``errors`` of some pieces are taken for.
+
+    Sizes are counted in the white noise of a block: what the rate's errors do in a piece, and the value's at any time;
+    what the rate's white noise adds up to, in what it is taken for.
     """
-    unit = [_unit(p, time) for p in pieces]
-    block = 1.0 / float(np.median(np.concatenate([p.samples for p in pieces])))
-    lasts = float(np.median([p.t[-1] - p.t[0] for p in pieces]))
-    few = 2 + (time is not None)
-    scales = np.array([1.0, 3.0 * block / lasts**3, block])[:few]
+    parts = _parts(pieces, errors)
+    white = [np.diag(1.0 / p.samples) for p in pieces]
+    units = [np.array([w, *(part.units[k] for part in parts)]) for k, w in enumerate(white)]
+    scales = np.array([part.scale for part in parts])
 
     def objective(x: FloatArray) -> float:
-        return _deviance(pieces, unit, scales * np.exp(2.0 * x))[0]
+        return _deviance(pieces, units, scales * np.exp(2.0 * x))[0]
 
-    begin, step = np.array([0.2, -1.0, 1.0])[:few], np.array([0.5, 1.5, 1.0])[:few]
+    begin, step = (np.array([getattr(part, k) for part in parts]) for k in ("begin", "step"))
     options = {"initial_simplex": np.vstack([begin, begin + np.diag(step)]),
                "xatol": 0.05, "fatol": 0.05, "maxfev": MOST_EVALUATIONS}  # fmt: skip
-    bounds = [WALKS, RANGE, RANGE][:few]
+    bounds = [part.bounds for part in parts]
     best = minimize(objective, begin, method="Nelder-Mead", bounds=bounds, options=options)  # type: ignore[call-overload]
-    _, noise = _deviance(pieces, unit, scales * np.exp(2.0 * best.x))
-    size = float(np.sqrt(noise * block) * np.exp(best.x[-1])) if time is not None else 0.0
-    return Likeliest(float(best.fun), size, float(np.sqrt(noise)))
+    _, noise = _deviance(pieces, units, scales * np.exp(2.0 * best.x))
+    sizes = iter(np.sqrt(noise * scales) * np.exp(best.x))
+    next(sizes)
+    own = float(next(sizes)) if errors.own is not None else 0.0
+    rate = float(next(sizes)) if errors.rate is not None else 0.0
+    return Likeliest(float(best.fun), own, rate, float(np.sqrt(noise)))
 
 
-def _unit(piece: Piece, time: float | None) -> FloatArray:
-    """Covariances (k, b, b): white noise of unit size, the gyro's that adds up, its rate's walk, and a wander."""
-    at = piece.t - piece.t[0]
-    first, last = np.minimum.outer(at, at), np.maximum.outer(at, at)
-    parts = [np.diag(1.0 / piece.samples), piece.walk * first, first**2 * (3.0 * last - first) / 6.0]
-    if time is not None:
-        parts.append(np.exp(-(last - first) / time))
-    return np.array(parts)
+def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
+    """What the errors are taken for beside white noise: the rate's that adds up, wanders, and a rate that walks."""
+    at = [p.t - p.t[0] for p in pieces]
+    both = [(np.minimum.outer(t, t), np.maximum.outer(t, t)) for t in at]
+    block = 1.0 / float(np.median(np.concatenate([p.samples for p in pieces])))
+    lasts = float(np.median([t[-1] for t in at]))
+    walk, hardly, wander, rate_walk = zip(BEGIN, STEP, strict=True)
+    begun = [p.length + first for p, (first, _) in zip(pieces, both, strict=True)]  # a block before the first
+    added = [p.walk * _averaged(b, -p.length / 6.0) for p, b in zip(pieces, begun, strict=True)]
+    found = [_Part(added, 1.0, *hardly, HARDLY) if errors.often else _Part(added, 1.0, *walk, WALKS)]
+    if errors.own is not None:
+        less = [_of_average(p.length / errors.own) - 1.0 for p in pieces]
+        units = [
+            _averaged(np.exp((first - last) / errors.own), x)
+            for x, (first, last) in zip(less, both, strict=True)
+        ]
+        found.append(_Part(units, block, *wander, RANGE))
+    if errors.rate is not None:
+        units = [_added_up(first, last, errors.rate) for first, last in both]
+        once = np.array([[lasts]])
+        found.append(_Part(units, block / float(_added_up(once, once, errors.rate)[0, 0]), *wander, RANGE))
+    if errors.walks:
+        units = [first**2 * (3.0 * last - first) / 6.0 for first, last in both]
+        found.append(_Part(units, 3.0 * block / lasts**3, *rate_walk, RANGE))
+    return found
+
+
+def _averaged(covariance: FloatArray, more: float) -> FloatArray:
+    """Covariance (b, b) of averages over blocks: only their own variances differ by more than a trifle."""
+    return np.asarray(covariance + more * np.eye(len(covariance)), dtype=float)
+
+
+def _of_average(x: float) -> float:
+    """Variance of a wander of unit size, averaged over ``x`` of its time constants."""
+    return float(2.0 * (x - 1.0 + np.exp(-x)) / x**2)
+
+
+def _added_up(first: FloatArray, last: FloatArray, time: float) -> FloatArray:
+    """Covariance (b, b) of what a wander of unit size adds up to since the begin, at the earlier and the later time."""
+    f, g = first / time, last / time
+    return np.asarray(time**2 * (2.0 * f - 1.0 + np.exp(-f) + np.exp(-g) - np.exp(f - g)), dtype=float)
 
 
 def _deviance(pieces: Sequence[Piece], unit: Sequence[FloatArray], sizes: FloatArray) -> tuple[float, float]:

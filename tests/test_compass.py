@@ -13,8 +13,8 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
 from identify.kernel import HEADING
 from identify.prepare import prepare
-from preprocess import compass
-from preprocess.compass import heading_wander, with_heading_wander
+from preprocess import told_wanders
+from preprocess.compass import turning_wanders, with_heading_wander
 from preprocess.wander_likelihood import Likeliest
 from validate.structure_left import structured_share
 
@@ -23,6 +23,10 @@ STILL = Sensor(10.0, 0.01)
 WANDERING = replace(STILL, wander=0.02, wander_time=40.0)
 #: An estimator of attitude that filters its compass.
 FILTERED = Sensor(20.0, 0.01, wander=0.01, wander_time=0.8)
+
+
+def heading_wander(trials):
+    return turning_wanders(trials).own
 
 
 def sailed(heading=STILL, effects=(), seed=1, logs=LOGS, seconds=90.0):
@@ -166,6 +170,10 @@ def test_an_exact_compass_does_not_wander(rate):
 def test_a_gain_is_what_it_is_though_the_first_time_constant_is_preferred(monkeypatch, first, other, chosen):
     """Times that are not told apart leave the first; what speaks for it is not the more for that."""
     gains = {None: 0.0, 40.0: first, 10.0: other}
-    monkeypatch.setattr(compass, "likeliest", lambda _, time: Likeliest(-gains.get(time, 0.0), 0.02, 0.01))
+
+    def likeliest(_, errors):
+        return Likeliest(-gains.get(errors.own, 0.0), 0.02, 0.0, 0.01)
+
+    monkeypatch.setattr(told_wanders, "likeliest", likeliest)
     found = heading_wander(sailed())
     assert (found and (found.time, found.gain)) == (chosen and (chosen, gains[chosen]))

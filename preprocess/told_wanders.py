@@ -1,0 +1,141 @@
+"""Whether the errors of a sensor, or of one of its rate, wander: what each of the two is likelier with.
+
+A rate that wanders adds up to an error of the integral without bounds, a value that wanders comes back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from preprocess.integrated import Piece, Sensed
+from preprocess.wander_likelihood import Errors, Likeliest, likeliest
+
+#: Fewer blocks than this in all tell nothing.
+TELLING = 40
+#: Gain in -2 log likelihood that is believed, by which another time constant of a value than the first is, and by which
+#: a wander of the rate is held for likelier than one of the value: over some minutes they look alike.
+BELIEVED, CLEARER = 12.0, 4.0
+#: Time constants that are tried, s, the first alone where it shows nothing: of a value, and of a rate.
+OWN, RATE = (40.0, 10.0, 20.0, 80.0, 160.0), (2.0, 0.5, 1.0, 4.0, 8.0, 32.0, 128.0)
+#: A rate that is sensed every so many seconds, or more often, is sensed often.
+OFTEN = 0.1
+#: What a rate's wander adds up to counts from this share of what its white noise does.
+COUNTS = 0.5
+#: By more than so many times its white noise two samples of a rate do not differ because it wanders.
+SHARP = 1.2
+
+
+@dataclass(frozen=True)
+class Wander:
+    """Standard deviation, time constant, s, and gain in -2 log likelihood.
+
+    ``white`` is the white noise beside it where it is quick; None where that is none of what was estimated.
+    """
+
+    size: float
+    time: float
+    gain: float
+    white: float | None = None
+
+
+@dataclass(frozen=True)
+class Told:
+    """The wander of a value and that of its rate; None where there is none."""
+
+    own: Wander | None = None
+    rate: Wander | None = None
+
+
+def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
+    """What long blocks tell of both, with the samples of the ``rates``."""
+    if blocks_of(slow) < TELLING:
+        return Told()
+    bare = Errors(walks=False, often=max(r.every for r in rates) <= OFTEN)
+    own = _likelier(slow, Errors(), [Errors(own=t) for t in OWN], CLEARER)
+    rate = _likelier(slow, bare, [bare._replace(rate=t) for t in RATE], rates=rates)
+    if own is None or rate is None:
+        return Told(None if own is None else _own(own), None if rate is None else rate.rate)
+    more, first = [bare._replace(own=t, rate=rate.errors.rate) for t in OWN], rate
+    if own.found.deviance < rate.found.deviance + CLEARER:
+        more, first = [bare._replace(own=own.errors.own, rate=t) for t in RATE], own
+    both = _nearest(_tried(slow, more, first.found.deviance), rates)
+    if both is not None and both.gain >= BELIEVED:
+        return Told(_own(both), both.rate)
+    return Told(own=_own(own)) if first is own else Told(rate=rate.rate)
+
+
+def told_quick(quick: Sequence[Piece], times: Sequence[float], rate: Wander | None) -> Wander | None:
+    """A value's wander within seconds, as short blocks tell it beside what is known of its ``rate``."""
+    if blocks_of(quick) < TELLING:
+        return None
+    known = Errors(rate=rate.time, walks=False) if rate else Errors()
+    found = _likelier(quick, known, [known._replace(own=t) for t in times], CLEARER)
+    return None if found is None else replace(_own(found), white=found.found.white)
+
+
+def blocks_of(pieces: Sequence[Piece]) -> int:
+    """Number of blocks in all."""
+    return sum(len(p.t) for p in pieces)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """Errors that were tried, what they are likeliest with, and the gain by them in -2 log likelihood."""
+
+    errors: Errors
+    found: Likeliest
+    gain: float
+
+    @property
+    def rate(self) -> Wander:
+        """The wander of the rate."""
+        return Wander(self.found.rate, self.errors.rate or 1.0, self.gain)
+
+
+def _own(tried: _Tried) -> Wander:
+    return Wander(tried.found.own, tried.errors.own or 0.0, tried.gain)
+
+
+def _likelier(
+    pieces: Sequence[Piece],
+    bare: Errors,
+    others: Sequence[Errors],
+    clearer: float = 0.0,
+    rates: Sequence[Sensed] = (),
+) -> _Tried | None:
+    """The likeliest of ``others``, by so much if it is not the first; None where none is believed."""
+    none = likeliest(pieces, bare).deviance
+    first, *_ = tried = _tried(pieces, others[:1], none)
+    if first.gain < 0.5 * BELIEVED:
+        return None
+    tried += _tried(pieces, others[1:], none)
+    best = _nearest([replace(t, gain=t.gain + clearer * (t is first)) for t in tried], rates)
+    if best is None:
+        return None
+    best = tried[others.index(best.errors)]
+    return best if best.gain >= BELIEVED else None
+
+
+def _tried(pieces: Sequence[Piece], each: Sequence[Errors], none: float) -> list[_Tried]:
+    """Each of some errors, by what it gains over a deviance of ``none`` of them."""
+    found = [likeliest(pieces, e) for e in each]
+    return [_Tried(e, f, none - f.deviance) for e, f in zip(each, found, strict=True)]
+
+
+def _nearest(tried: Sequence[_Tried], rates: Sequence[Sensed]) -> _Tried | None:
+    """The one that gains most, of those by which rates wander as their samples may: by something, and not too fast."""
+    may = [t for t in tried if not rates or (_counts(rates, t.rate) and _hidden(rates, t.rate))]
+    return max(may, key=lambda t: t.gain, default=None)
+
+
+def _counts(rates: Sequence[Sensed], wander: Wander) -> bool:
+    """Whether the integral of a rate errs by a wander too, and not by its white noise alone."""
+    return 2.0 * wander.size**2 * wander.time > COUNTS * min(r.sigma**2 * r.every for r in rates)
+
+
+def _hidden(rates: Sequence[Sensed], wander: Wander) -> bool:
+    """Whether samples of a rate that wanders so would differ by no more than its noise."""
+    change = [wander.size * math.sqrt(-math.expm1(-r.every / wander.time)) for r in rates]
+    return all(c < SHARP * r.sigma for c, r in zip(change, rates, strict=True))

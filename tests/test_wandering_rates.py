@@ -1,0 +1,95 @@
+"""A gyro, or a receiver's velocity, whose errors wander is told by what its integral should be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from identification_samples import trials_of
+
+from fixtures.sensors import Sensor, Suite
+from identify.base_fit import fit_from_scratch
+from identify.kernel import VELOCITY, YAW_RATE
+from identify.prepare import prepare
+from preprocess.compass import turning_wanders, with_heading_wander
+from preprocess.receiver import moving_wanders, with_velocity_wander
+
+LOGS = ("zigzag", "random", "circle", "zigzag")
+#: Variance that is added up in a second by a gyro whose zero moves, and by a velocity that is filtered.
+GYRO = Sensor(20.0, 0.003, wander=0.005, wander_time=5.0)
+FILTERED = Sensor(5.0, 0.03, wander=0.03, wander_time=1.0)
+CALM, FIX, QUIET = Sensor(5.0, 0.03), Suite().position, Suite().yaw_rate
+
+
+def sailed(gyro=QUIET, velocity=None, position=FIX, seed=1):
+    suite = replace(Suite(), yaw_rate=gyro, velocity=velocity, position=position)
+    return trials_of("usv", LOGS, 90.0, seed, validate=0, suite=suite)[1]
+
+
+def added(size, time):
+    """What a wander's integral varies by in a second, at length."""
+    return 2.0 * size**2 * time
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_gyro_that_wanders_is_told_from_a_compass_that_does(seed):
+    found = turning_wanders(sailed(GYRO, seed=seed))
+    assert found.own is None
+    assert added(found.rate.size, found.rate.time) / added(0.005, 5.0) == pytest.approx(1.0, abs=0.7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_velocity_that_is_filtered_is_told_by_the_positions(seed):
+    found = moving_wanders(sailed(velocity=FILTERED, seed=seed))
+    assert found.own is None
+    assert added(found.rate.size, found.rate.time) / added(0.03, 1.0) == pytest.approx(1.0, abs=0.7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_white_does_not_wander(seed):
+    trials = sailed(Sensor(20.0, 0.003), CALM, seed=seed)
+    assert turning_wanders(trials).rate is None
+    assert moving_wanders(trials).rate is None
+    assert with_velocity_wander(trials) == list(trials)
+
+
+def test_a_receiver_whose_positions_drift_need_not_have_velocities_that_do():
+    drifting = Sensor(5.0, 0.05, wander=0.5, wander_time=40.0)
+    assert moving_wanders(sailed(velocity=CALM, position=drifting)).rate is None
+
+
+def test_positions_and_velocities_of_two_receivers_are_not_held_against_each_other():
+    def of_two(t):
+        velocity = replace(t.measurements["velocity"], sender="the other")
+        return replace(t, measurements={**t.measurements, "velocity": velocity})
+
+    assert moving_wanders([of_two(t) for t in sailed(velocity=FILTERED)]).rate is None
+    assert moving_wanders(sailed()).rate is None  # without any
+
+
+@pytest.mark.parametrize(
+    ("known", "kind", "name", "sensors"),
+    [(with_heading_wander, YAW_RATE, "yaw rate", {"gyro": GYRO}),
+     (with_velocity_wander, VELOCITY, "velocity", {"velocity": FILTERED})],
+)  # fmt: skip
+def test_a_known_wander_of_a_rate_is_noise_and_no_structure(known, kind, name, sensors):
+    trials = sailed(**sensors)
+    chi2, slow = [], []
+    for told in (trials, known(trials)):
+        prepared = prepare(told, "modulus")
+        fitted = fit_from_scratch(prepared.structure, prepared.identify)
+        chi2.append(fitted.chi2_per_dof)
+        slow.append(fitted.problem.dispersed.inflation[kind])
+    assert all(any(f"errors of the {name} wander" in f for f in t.findings) for t in known(trials))
+    assert slow[0] > 2.0 > 1.3 > slow[1]
+    assert chi2[0] > 1.1 > chi2[1]
+
+
+def test_states_that_followed_a_wander_are_less_sure():
+    for known, sensors, states in (
+        (with_heading_wander, {"gyro": GYRO}, "r"), (with_velocity_wander, {"velocity": FILTERED}, "uv")
+    ):  # fmt: skip
+        trials = sailed(**sensors)
+        for before, after in zip(trials, known(trials), strict=True):
+            for k in states:
+                assert after.states[f"sigma_{k}"].mean() > 1.1 * before.states[f"sigma_{k}"].mean()
