@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.disturbance import with_disturbances
 from identify.effect import Active
-from identify.effects import CURRENT, QUADRATIC_DAMPING, ROLL_COUPLING, SHALLOW_WATER, WIND_UNSEEN
+from identify.effects import CURRENT, EFFECTS, QUADRATIC_DAMPING, ROLL_COUPLING, SHALLOW_WATER, WIND_UNSEEN
 from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
 from identify.structure import null_parameters
@@ -59,6 +60,21 @@ def test_what_a_log_may_hide_between_its_entries_is_no_delay(effect, late, told)
     fitted = fit_from_scratch(structure, prepared.identify, p, rounds=1)
     found = surely(Outcome(fitted, (), (Standing(active, 20.0, 1e-3, ()),), None))
     assert bool(found.standing) is told
+
+
+@pytest.mark.parametrize(("error", "hidden"), [(0.002, False), (0.05, True)])
+def test_an_input_that_is_not_surely_late_may_have_moved_between_its_entries(monkeypatch, error, hidden):
+    """It acts four hundredths of a second after it is written, if its delay is what it seems to be."""
+    delay = next(e for e in EFFECTS if e.name == "actuator_delay")
+    slot = SimpleNamespace(effect=0, parameter=delay.parameters[0])
+    active = SimpleNamespace(effect=delay, variant=SimpleNamespace(input="left"))
+    structure = SimpleNamespace(actives=[active], slots=[slot], values=lambda *_: {"delay": 0.1})
+    fitted = SimpleNamespace(
+        solution=SimpleNamespace(structure=structure, p=[0.1]),
+        problem=SimpleNamespace(stretches=[SimpleNamespace(start=0.0)]),
+    )
+    monkeypatch.setattr(sure, "input_clocks", lambda *_: {"left": -0.04 + (delay.input_delay is None) * 0.1})
+    assert sure._between_entries(fitted, np.array([[error**2]]), 0) is hidden
 
 
 def test_a_roll_that_moves_nothing_goes_and_leaves_the_current():

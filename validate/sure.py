@@ -48,6 +48,8 @@ LITTLE = 0.02
 SEARCHES = 2
 #: Places of effects that move nothing: free runs need not be worse without them.
 SHOWN_ONLY = ("sensor", "clock")
+#: An input is late where it acts so many standard errors after it is written.
+SURELY = 2.0
 #: Evidence that needs no second look.
 OVERWHELMING = 1000.0
 
@@ -104,7 +106,7 @@ def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
 
     A value that could go no further is none; nor is a delay that the input's log may hide.
     """
-    if at_bound(fitted, index) or _between_entries(fitted, index):
+    if at_bound(fitted, index) or _between_entries(fitted, covariance, index):
         return -np.inf
     without = dropped(fitted, index)
     said, needed = evidence(fitted, without, covariance, index), _by_chance(fitted, index)
@@ -126,8 +128,8 @@ def _may_be_rounding(fitted: Fitted, without: Fitted, index: int) -> bool:
     return bool(np.maximum(there - here, 0.0).sum() < without.remembered(done_by_rounding))
 
 
-def _between_entries(fitted: Fitted, index: int) -> bool:
-    """Whether an input that is late is not so by its own log: what acts when it is written began since the last entry.
+def _between_entries(fitted: Fitted, covariance: FloatArray, index: int) -> bool:
+    """Whether an input that is late is not surely so by its own log: it may act as written, having begun before.
 
     An order that steps and a rudder that moves between the same entries are ahead of them by parts of an interval that
     differ, and the one that is less so seems to be late. A lag is late by its time constant.
@@ -140,7 +142,9 @@ def _between_entries(fitted: Fitted, index: int) -> bool:
     acts = input_clocks(structure, p, stretch)[active.variant.input]
     if active.effect.input_delay is None:
         acts -= sum(structure.values(p, index)[name] for name in times)
-    return acts >= stretch.start
+    mine = [k for k, s in enumerate(structure.slots) if s.effect == index and s.parameter.name in times]
+    error = float(np.sqrt(covariance[np.ix_(mine, mine)].sum()))
+    return bool(acts >= stretch.start - SURELY * error)
 
 
 def _immaterial(fitted: Fitted, without: Fitted) -> bool:

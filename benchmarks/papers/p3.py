@@ -23,6 +23,7 @@ from identify.by_optimiser import Objective, box_around, objective_for, with_sta
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
 from identify.optimisers import OPTIMISERS, minimise
+from identify.output_error import Stopped
 from identify.prepare import Prepared, prepare
 from identify.stretch import stretches_of
 from identify.structure import null_parameters
@@ -110,7 +111,7 @@ def least_squares(given: Data, seed: int = 0) -> Identified:
         )
         values |= found if dof == "u" else {}
         p[mine] = [values[t] for t in texts]
-    return Identified(prepared, with_states(prepared, p))
+    return Identified(prepared, with_states(prepared, p, Stopped.SOLVED))
 
 
 def colony(generations: tuple[int, int] = (500, 1000)) -> Callable[[Data, int], Identified]:
@@ -128,7 +129,7 @@ def colony(generations: tuple[int, int] = (500, 1000)) -> Callable[[Data, int], 
                 population=ants, archive=archive, q=1e-3, xi=0.75,
             )  # fmt: skip
             p[places] = found.x
-        return Identified(prepared, with_states(prepared, p))
+        return Identified(prepared, with_states(prepared, p, found.stopped))
 
     return method
 

@@ -22,6 +22,7 @@ from benchmarks.papers.report import command_line, row, spread
 from identify.by_optimiser import with_states
 from identify.estimators import ESTIMATORS
 from identify.estimators.estimate import FloatArray
+from identify.output_error import Stopped
 from identify.prepare import prepare
 from identify.structure import null_parameters
 from preprocess.eso import Observer, filter_like, observe
@@ -90,7 +91,7 @@ def _assembled(record: Record, fit: Callable[[FloatArray, int], tuple[FloatArray
         theta, bias = fit(np.column_stack([made[name] for name in names]), equation)
         p[[mine[name] for name in names]] = theta
         p[mine["1"]] = bias
-    return Identified(prepared, with_states(prepared, p))
+    return Identified(prepared, with_states(prepared, p, Stopped.SOLVED))
 
 
 def as_printed(record: Record, seed: int) -> Identified:
