@@ -49,7 +49,7 @@ SEARCHES = 2
 #: Places of effects that move nothing: free runs need not be worse without them.
 SHOWN_ONLY = ("sensor", "clock")
 #: An input is late where it acts so many standard errors after it is written.
-SURELY = 2.0
+SURELY = 3.0
 #: Evidence that needs no second look.
 OVERWHELMING = 1000.0
 
