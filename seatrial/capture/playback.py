@@ -26,7 +26,7 @@ from seatrial.capture.recovery import mapped
 #: How long what was sent may wait in the terminal for its reader at the end, s.
 LINGER_S = 10.0
 #: How often in a row the terminal must be found empty: bytes are on their way into it for a moment.
-SURE = 5
+SURE = 20
 
 
 @dataclass(frozen=True)
