@@ -9,13 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from preprocess.integrated import Run
+from preprocess.integrated import UNTOLD, Run
 from preprocess.trial import FloatArray
 
 #: So many times the angle is sought by which a compass deviates.
 ANGLES = 3
-#: Share of the largest information below which nothing is told.
-UNTOLD = 1e-9
 
 
 def angles_of(runs: Sequence[Run]) -> list[FloatArray]:

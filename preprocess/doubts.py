@@ -10,8 +10,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
+from preprocess.integrated import integral_at
 from preprocess.trial import FloatArray, Measurement
-from preprocess.turned import pieces, turned_at
+from preprocess.turned import pieces
 from preprocess.vessel import Input
 
 #: Rudders do not turn farther, rad.
@@ -143,7 +144,7 @@ def both_turns(heading: Measurement, gyro: Measurement) -> tuple[FloatArray, Flo
     if min(int(m.good.sum()) for m in (heading, gyro)) < PLACES:
         return np.zeros(0), np.zeros(0)
     t, at, rate = heading.t[heading.good], gyro.t[gyro.good], gyro.value[gyro.good].ravel()
-    told = turned_at(t, at, rate)
+    told = integral_at(t, at, rate)
     psi = unwound(heading.value[heading.good].ravel(), told)
     edges, covered = pieces(t, at, OVER, LONGEST, TELLS + 1)
     return np.diff(psi[edges])[covered], np.diff(told[edges])[covered]

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from preprocess.chains import Stream
+from preprocess.integrated import integral_at
 from preprocess.trial import FloatArray
-from preprocess.turned import pieces, turned_at
+from preprocess.turned import pieces
 
 #: Turns are compared over pieces of this length, s; of one that is so many times as long, samples are missing.
 PIECE, LONGEST = 5.0, 1.5
@@ -45,6 +46,6 @@ def rates_apart(heading: Stream, gyro: Stream) -> FloatArray:
     t, at = heading.t[heading.good], gyro.t[gyro.good]
     if min(len(t), len(at)) < FEWEST:
         return np.zeros(0)
-    apart = turned_at(t, at, gyro.value[gyro.good, 0]) - heading.value[heading.good, 0]
+    apart = integral_at(t, at, gyro.value[gyro.good, 0]) - heading.value[heading.good, 0]
     edges, covered = pieces(t, at, PIECE, LONGEST * PIECE, SAMPLES)
     return np.asarray((np.diff(apart[edges]) / np.diff(t[edges]))[covered], dtype=float)

@@ -19,8 +19,9 @@ LEAST = 6
 SILENT, SILENT_SECONDS = 5.0, 1.0
 #: The rate and its slope are taken over so long, s, each way: about as long as one sensor may be late.
 LATE = 0.5
-#: A sensor of less noise than this, SI, is as good as exact.
-EXACT = 1e-6
+#: A sensor of less noise than this, SI, is as good as exact; share of the largest information below which nothing is
+#: told.
+EXACT, UNTOLD = 1e-6, 1e-9
 #: Shortest of the long blocks over which errors are averaged, s, and about how many there are in all.
 SHORTEST, MOST = 1.0, 500
 
@@ -97,11 +98,16 @@ def _run(log: int, value: Sensed, rate: Sensed, span: tuple[float, float]) -> Ru
     t, r = rate.t, rate.value
     inside = (value.t >= max(t[0], span[0])) & (value.t <= min(t[-1], span[1]))
     at = value.t[inside]
-    added = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (r[1:] + r[:-1]))])
     walk = rate.every * (rate.sigma / max(value.sigma, EXACT)) ** 2
-    before, now, after = (np.interp(at + shift, t, added) for shift in (-LATE, 0.0, LATE))
+    before, now, after = (integral_at(at + shift, t, r) for shift in (-LATE, 0.0, LATE))
     speed, slope = 0.5 * (after - before) / LATE, (after - 2.0 * now + before) / LATE**2
     return Run(log, at, value.value[inside], now, speed, slope, walk)
+
+
+def integral_at(t: FloatArray, at: FloatArray, rate: FloatArray) -> FloatArray:
+    """What a rate (m,) that was logged ``at`` times (m,) has added up to at times ``t`` (n,), since the first."""
+    added = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
+    return np.asarray(np.interp(t, at, added), dtype=float)
 
 
 def piece_of(run: Run, columns: FloatArray, length: float) -> Piece | None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from preprocess.integrated import EXACT
+from preprocess.integrated import EXACT, sensed
 from preprocess.told_wanders import Wander
 from preprocess.trial import FloatArray, Measurement, Trial
 
@@ -45,8 +45,8 @@ def _with_one(trial: Trial, name: str, wander: Wander) -> Trial:
 def _less_sure(states: pd.DataFrame, name: str, measured: Measurement, wander: Wander) -> pd.DataFrame:
     """The states with what the smoother followed of a wander: a heading's turns what moves along into sway."""
     states = states.copy()
-    every = float(np.median(np.diff(measured.t[measured.good])))
-    times = 2.0 * wander.size**2 * wander.time / (max(measured.sigma, EXACT) ** 2 * every)
+    white = max(measured.sigma, EXACT) ** 2 * sensed(measured).every
+    times = 2.0 * wander.size**2 * wander.time / white
     along = np.hypot(states["u"], states["v"])
     first, more = {"heading": ("psi", ("psi",)), "yaw_rate": ("r", ("r",)), "velocity": ("u", ("u", "v"))}[
         name

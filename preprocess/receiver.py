@@ -26,19 +26,26 @@ def with_velocity_wander(trials: Sequence[Trial]) -> list[Trial]:
     if found.rate is None:
         return list(trials)
     size, time = (found.own.size, found.own.time) if found.own else (0.0, 0.0)
-    return [with_wanders(_with_position(t, size, time), {"velocity": found.rate}) for t in trials]
+    return [
+        with_wanders(_with_position(t, size, time), {"velocity": found.rate}) if _of_one_receiver(t) else t
+        for t in trials
+    ]
+
+
+def _of_one_receiver(trial: Trial) -> bool:
+    """Whether a log has positions and velocities that one receiver gives."""
+    position, velocity = (trial.measurements.get(k) for k in ("position", "velocity"))
+    return position is not None and velocity is not None and position.sender == velocity.sender
 
 
 def _with_position(trial: Trial, size: float, time: float) -> Trial:
-    position = trial.measurements["position"]
-    known = replace(position, wander=size, correlation_time=time)
+    known = replace(trial.measurements["position"], wander=size, correlation_time=time)
     return replace(trial, measurements={**trial.measurements, "position": known})
 
 
 def moving_wanders(trials: Sequence[Trial]) -> Told:
     """The wander of the positions and that of the velocities of one receiver; none where none shows."""
-    both = [t for t in trials if {"position", "velocity"} <= set(t.measurements)]
-    both = [t for t in both if t.measurements["position"].sender == t.measurements["velocity"].sender]
+    both = [t for t in trials if _of_one_receiver(t)]
     if not both:
         return Told()
     pairs = [(t, axis) for t in both for axis in AXES]

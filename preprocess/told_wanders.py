@@ -56,14 +56,14 @@ def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
     own = _likelier(slow, Errors(), [Errors(own=t) for t in OWN], CLEARER)
     rate = _likelier(slow, bare, [bare._replace(rate=t) for t in RATE], rates=rates)
     if own is None or rate is None:
-        return Told(None if own is None else _own(own), None if rate is None else rate.rate)
+        return Told(None if own is None else _own(own), None if rate is None else _rate(rate))
     more, first = [bare._replace(own=t, rate=rate.errors.rate) for t in OWN], rate
     if own.found.deviance < rate.found.deviance + CLEARER:
         more, first = [bare._replace(own=own.errors.own, rate=t) for t in RATE], own
     both = _nearest(_tried(slow, more, first.found.deviance), rates)
     if both is not None and both.gain >= BELIEVED:
-        return Told(_own(both), both.rate)
-    return Told(own=_own(own)) if first is own else Told(rate=rate.rate)
+        return Told(_own(both), _rate(both))
+    return Told(own=_own(own)) if first is own else Told(rate=_rate(rate))
 
 
 def told_quick(quick: Sequence[Piece], times: Sequence[float], rate: Wander | None) -> Wander | None:
@@ -88,14 +88,13 @@ class _Tried:
     found: Likeliest
     gain: float
 
-    @property
-    def rate(self) -> Wander:
-        """The wander of the rate."""
-        return Wander(self.found.rate, self.errors.rate or 1.0, self.gain)
-
 
 def _own(tried: _Tried) -> Wander:
     return Wander(tried.found.own, tried.errors.own or 0.0, tried.gain)
+
+
+def _rate(tried: _Tried) -> Wander:
+    return Wander(tried.found.rate, tried.errors.rate or 0.0, tried.gain)
 
 
 def _likelier(
@@ -126,7 +125,7 @@ def _tried(pieces: Sequence[Piece], each: Sequence[Errors], none: float) -> list
 
 def _nearest(tried: Sequence[_Tried], rates: Sequence[Sensed]) -> _Tried | None:
     """The one that gains most, of those by which rates wander as their samples may: by something, and not too fast."""
-    may = [t for t in tried if not rates or (_counts(rates, t.rate) and _hidden(rates, t.rate))]
+    may = [t for t in tried if not rates or (_counts(rates, _rate(t)) and _hidden(rates, _rate(t)))]
     return max(may, key=lambda t: t.gain, default=None)
 
 

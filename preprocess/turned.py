@@ -1,4 +1,4 @@
-"""What a gyro's integral and a heading say of the same turns, piece by piece."""
+"""Pieces of a log over which a gyro and a heading say how far the vessel turned."""
 
 from __future__ import annotations
 
@@ -7,12 +7,6 @@ import numpy as np
 from preprocess.trial import BoolArray, FloatArray
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-
-
-def turned_at(t: FloatArray, at: FloatArray, rate: FloatArray) -> FloatArray:
-    """How far a gyro has turned (n,) at times ``t`` (n,), rad, whose yaw rate (m,) was logged ``at`` (m,)."""
-    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at)))
-    return np.asarray(np.interp(t, at, turned), dtype=float)
 
 
 def pieces(

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from preprocess.against_gyro import UNTOLD
-from preprocess.integrated import EXACT, Piece
+from preprocess.integrated import EXACT, UNTOLD, Piece
 from preprocess.trial import FloatArray
 
 #: Sizes are sought between these, as logarithms, in units of the white noise of a block.
@@ -135,7 +134,7 @@ def _added_up(first: FloatArray, last: FloatArray, time: float) -> FloatArray:
 def _deviance(pieces: Sequence[Piece], unit: Sequence[FloatArray], sizes: FloatArray) -> tuple[float, float]:
     """-2 log restricted likelihood with variances of these ``sizes`` over white noise's, at its likeliest; and that.
 
-    Each piece has an angle of its own.
+    Each piece has a constant of its own.
     """
     logs, gram = 0.0, np.zeros(2 * (pieces[0].columns.shape[1] + 1,))
     for p, parts in zip(pieces, unit, strict=True):

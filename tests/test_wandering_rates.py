@@ -67,6 +67,17 @@ def test_positions_and_velocities_of_two_receivers_are_not_held_against_each_oth
     assert moving_wanders(sailed()).rate is None  # without any
 
 
+def test_a_log_without_positions_or_of_another_receiver_is_left_as_it_was():
+    """What the others tell of their velocities is told of theirs."""
+    first, second, *others = sailed(velocity=FILTERED)
+    alone = replace(first, measurements={k: m for k, m in first.measurements.items() if k != "position"})
+    velocity = replace(second.measurements["velocity"], sender="the other")
+    another = replace(second, measurements={**second.measurements, "velocity": velocity})
+    found = with_velocity_wander([alone, another, *others])
+    assert found[:2] == [alone, another]
+    assert all(t.measurements["velocity"].wander > 0.0 for t in found[2:])
+
+
 @pytest.mark.parametrize(
     ("known", "kind", "name", "sensors"),
     [(with_heading_wander, YAW_RATE, "yaw rate", {"gyro": GYRO}),
