@@ -18,7 +18,7 @@ from identify.structure import null_parameters
 from validate import loop
 from validate import nearer as nearer_by
 from validate.loop import tells
-from validate.rounds import ALL, GivenUp, Within
+from validate.within import ALL, First, GivenUp, Within
 
 BLOWN = (
     Effect("actuator_delay", {"delay": 6.0}, "rudder"),
@@ -120,7 +120,7 @@ def test_what_is_given_up_in_longer_windows_stays_in_the_shorter_ones(monkeypatc
     monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, within: turns.append("short") or fitted)
     monkeypatch.setattr(loop, "_lengthened", given_up)
     turns = []
-    assert loop._gone_on_with(declared, turns, None, Within(hopeless=1.0)) is declared
+    assert loop._gone_on_with(declared, turns, None, Within(first=First(0.5))) is declared
     assert turns == ["short"]
 
 
@@ -167,7 +167,7 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
     best = loop._begun_otherwise(None, None, found, lambda _: None, Within())
-    assert asked == ([Within(frozenset({first}), 2.0 * chi2)] if asks else [])
+    assert asked == ([Within(frozenset({first}), first=First(chi2, 2))] if asks else [])
     assert best is (other if asks and nearer else found)
 
 
@@ -206,7 +206,7 @@ def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_t
     begun, seen = fit(1.3, True), []
 
     def taking(fitted, turns, _pace, within):
-        seen.append((fitted, within.hopeless))
+        seen.append((fitted, within.first))
         turns.append(SimpleNamespace(taken="walk" if takes else None))
         return fitted
 
@@ -224,12 +224,12 @@ def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_t
     prepared = SimpleNamespace(structure=structure, identify=())
     best = loop._begun_shorter(prepared, found, lambda _: None, Within())
     assert best is (other if asked and takes and nearer else found)
-    assert seen == ([(begun, np.inf)] if asked else [])
+    assert seen == ([(begun, First(np.inf))] if asked else [])
 
 
 def test_a_search_over_short_windows_that_is_given_up_leaves_what_was_found(monkeypatch):
     def given_up(*_):
-        assert _[-1].hopeless == 5.0
+        assert _[-1].first == First(2.5)
         raise GivenUp
 
     monkeypatch.setattr(

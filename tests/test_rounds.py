@@ -16,7 +16,8 @@ from validate import rounds as module
 from validate.candidates import Screened
 from validate.judgement import _unlikely, plainest
 from validate.pace import Pace
-from validate.rounds import GivenUp, Turn, Within, rounds
+from validate.rounds import Turn, rounds
+from validate.within import First, GivenUp, Within
 
 
 def fit(chi2, name="fit", swell=None, actives=(), length=30.0, off=True):
@@ -82,7 +83,7 @@ def test_what_has_nothing_left_to_take_farther_off_than_another_search_came_is_g
 
     play(_turn=turn, astray=lambda _: False)
     with pytest.raises(GivenUp) if chi2 > 3.0 else nullcontext():
-        rounds(fit(chi2), [], Pace(), within=Within(hopeless=3.0))
+        rounds(fit(chi2), [], Pace(), within=Within(first=First(1.5)))
     assert seen == ([False] if chi2 > 3.0 else [False, True])
 
 
@@ -275,3 +276,16 @@ def test_of_what_is_no_chance_the_likeliest_is_taken():
         for g, k, e in ((300.0, 1, -2.0), (189.0, 1, 39.0), (135.0, 4, 85.0))
     )
     assert sorted([chance, sharp, scattered], key=_unlikely) == [scattered, sharp, chance]
+
+
+@pytest.mark.parametrize(
+    ("chi2", "effects", "given_up"), [(1.4, 2, True), (1.4, 1, False), (1.2, 2, False), (1.4, 3, True)]
+)
+def test_what_took_as_many_effects_as_another_search_and_is_clearly_behind_is_given_up(
+    play, chi2, effects, given_up
+):
+    """A search without a first effect that was none of the causes needs no more of them than one with it."""
+    play(_turn=lambda fitted, *_, **__: Turn(fitted, (), (), None), astray=lambda _: False)
+    behind = fit(chi2, actives=(None,) * effects)
+    with pytest.raises(GivenUp) if given_up else nullcontext():
+        assert rounds(behind, [], Pace(), within=Within(first=First(1.2, 2))) is behind

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from validate import search_in_waves as module
-from validate.rounds import ALL
+from validate.within import ALL
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ from validate.loop import _otherwise, _otherwise_wired, _wiring, search
 from validate.nearer import clearly_nearer
 from validate.outcome import Outcome
 from validate.pace import Pace
-from validate.rounds import ALL
 from validate.wiring import Wiring, better_wiring
+from validate.within import ALL
 
 BLUEBOAT = Path(__file__).resolve().parents[2] / "shared" / "data" / "blueboat" / "campaign.toml"
 measured = pytest.mark.skipif(not BLUEBOAT.exists(), reason="the measured logs are not here")

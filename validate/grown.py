@@ -12,8 +12,9 @@ from identify.wander import in_wander, wander_shown
 from validate.loop import searched_on
 from validate.outcome import Outcome
 from validate.pace import Pace
-from validate.rounds import ALL, Turn
+from validate.rounds import Turn
 from validate.swell import in_swell
+from validate.within import ALL
 
 
 def grown(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome | None:

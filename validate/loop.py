@@ -27,16 +27,15 @@ from validate.pairs import two_for_one
 from validate.pruning import pruned
 from validate.refined import refined
 from validate.refits import under
-from validate.rounds import ALL, MOST_EFFECTS, GivenUp, Turn, Within, rounds
+from validate.rounds import MOST_EFFECTS, Turn, rounds
 from validate.swell import with_waves_known
 from validate.wiring import Wiring, better_wiring, perhaps_wired
+from validate.within import ALL, First, GivenUp, Within
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
-#: Another search is given up where it stays so many times as far from the noise as the first came.
-HOPELESS = 2.0
 #: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
 PERHAPS = 2
 #: So many effects are many: what is behind them may be fewer.
@@ -139,9 +138,9 @@ def _begun_otherwise(
     if not (many or (len(kept) > 1 and worth_another(found.fitted))) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
-    barred, hopeless = within.barred | {taken[0].effect.name}, HOPELESS * found.fitted.chi2_per_dof
+    barred, first = within.barred | {taken[0].effect.name}, First(found.fitted.chi2_per_dof, len(kept))
     with suppress(GivenUp):
-        other = _searched(prepared, declared, None, pace, replace(within, barred=barred, hopeless=hopeless))
+        other = _searched(prepared, declared, None, pace, replace(within, barred=barred, first=first))
         plainer = many and len(other.standing) < len(kept) and as_near(other.fitted, found.fitted)
         return other if plainer or came_there(other.fitted, found.fitted) else found
     return found
@@ -184,8 +183,8 @@ def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Withi
     if not any(t.taken for t in turns):
         return found
     with suppress(GivenUp):
-        hopeless = replace(within, hopeless=HOPELESS * found.fitted.chi2_per_dof)
-        other = _ended(_lengthened(near, turns, pace, hopeless), turns, None, pace, within)
+        held = replace(within, first=First(found.fitted.chi2_per_dof))
+        other = _ended(_lengthened(near, turns, pace, held), turns, None, pace, within)
         return other if came_there(other.fitted, found.fitted) else found
     return found
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from identify.fitted import FAR, NEAR, Fitted
 from identify.noise import recalibrated
 from validate.at_its_best import settled
@@ -25,10 +23,8 @@ from validate.sizes import at_likeliest_size
 from validate.swell import with_waves_known, without_waves
 from validate.swing_scan import swings
 from validate.wander import with_wander_anew, with_wander_known
+from validate.within import ALL, NONE, GivenUp, Names, Within
 
-#: Names of effects.
-Names = frozenset[str]
-NONE: Names = frozenset()
 #: No campaign lacks more than this many effects that can be found, terms of a model that is too simple among them.
 MOST_EFFECTS = 6
 #: A fit that is found on the way is gone on with below this share of the other's cost per degree of freedom.
@@ -52,27 +48,6 @@ class Turn:
     taken: Judged | None
 
 
-@dataclass(frozen=True)
-class Within:
-    """What a search keeps to.
-
-    Effects whose names are ``barred`` are not looked at, nor are ``waves`` unless it may know of them. Where nothing is
-    left to take and the cost per degree of freedom is above ``hopeless``, it is given up.
-    """
-
-    barred: Names = NONE
-    hopeless: float = np.inf
-    waves: bool = True
-
-
-#: A search that looks at everything, and to the end.
-ALL = Within()
-
-
-class GivenUp(Exception):
-    """A search that stays farther off than another came."""
-
-
 def rounds(
     fitted: Fitted, turns: list[Turn], pace: Pace, enough: float = 0.0, within: Within = ALL
 ) -> Fitted:
@@ -81,11 +56,13 @@ def rounds(
     Raises
     ------
     GivenUp
-        Where nothing is left to take ``within`` what the search keeps to, and it is hopeless.
+        Where what the search is held against ``within`` what it keeps to is out of its reach.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
     fitted = fitted if fitted.is_off else with_wander_known(fitted)
     while fitted.chi2_per_dof > enough:
+        if within.first.is_out_of_reach(fitted, stuck=False):
+            raise GivenUp
         if fitted.problem.swell not in (None, waves):
             waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
             if instead:
@@ -99,7 +76,7 @@ def rounds(
             fitted = wandering
             continue
         turn = _beside_pushes(turn, pace, barred) if turn.taken is None else turn
-        if turn.taken is None and fitted.chi2_per_dof > within.hopeless:
+        if turn.taken is None and within.first.is_out_of_reach(fitted, stuck=True):
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
             turn = _turn(turn.base, pace, barred, thorough=True)

@@ -10,8 +10,8 @@ from validate.loop import search
 from validate.outcome import Outcome
 from validate.pace import Pace
 from validate.refits import under
-from validate.rounds import Within
 from validate.swell import in_swell, needs_waves, seen_waves, with_waves_known, without_waves
+from validate.within import Within
 
 
 def searched(prepared: Prepared, declared: Fitted, pace: Pace) -> tuple[Prepared, Fitted, Outcome]:

@@ -34,8 +34,8 @@ from validate.pace import Pace
 from validate.pruning import searched
 from validate.refits import step_tolerance
 from validate.rounding import done_by_rounding
-from validate.rounds import NONE, Names, Within
 from validate.slight_clocks import slight_clocks, with_slight_clocks_known
+from validate.within import NONE, Names, Within
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
