@@ -22,18 +22,33 @@ def angles_of(runs: Sequence[Run]) -> list[FloatArray]:
     By a heading's own angle a compass would deviate by what it wanders.
     """
     angles = [run.value for run in runs]
-    against = [run.value - run.integral for run in runs]
     for _ in range(ANGLES):
-        around = [alike_of(r, a) for r, a in zip(runs, angles, strict=True)]
-        bare = [_bare(r.at, np.column_stack([c, a])) for r, c, a in zip(runs, around, against, strict=True)]
-        columns = np.concatenate(bare)
-        alike = np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0]
-        left = [a - c @ alike for c, a in zip(around, against, strict=True)]
+        around, alike = _alike(runs, angles)
+        left = [r.value - r.integral - c @ alike for r, c in zip(runs, around, strict=True)]
         angles = [
             (1.0 + alike[0]) * r.integral + rest - _bare(r.at, rest)
             for r, rest in zip(runs, left, strict=True)
         ]
     return angles
+
+
+def lag_of(runs: Sequence[Run]) -> float:
+    """How much later the headings are stamped than the gyro's rates are, s.
+
+    At headings that are all alike what deviates looks late as well, and is not looked for.
+    """
+    bare = [_bare(r.at, np.column_stack([r.rate, r.slope, r.integral, r.value - r.integral])) for r in runs]
+    columns = np.concatenate(bare)
+    return -float(np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0][0])
+
+
+def _alike(runs: Sequence[Run], angles: Sequence[FloatArray]) -> tuple[list[FloatArray], FloatArray]:
+    """What every log has alike (n, 11), run by run, and how much of it (11,) the headings have in them."""
+    around = [alike_of(r, a) for r, a in zip(runs, angles, strict=True)]
+    against = [run.value - run.integral for run in runs]
+    bare = [_bare(r.at, np.column_stack([c, a])) for r, c, a in zip(runs, around, against, strict=True)]
+    columns = np.concatenate(bare)
+    return around, np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0]
 
 
 def _bare(at: FloatArray, values: FloatArray) -> FloatArray:

@@ -13,12 +13,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from preprocess.against_gyro import alike_of, angles_of
-from preprocess.integrated import Piece, Run, in_long_blocks, piece_of, runs_of, sensed, with_own
+from preprocess.against_gyro import alike_of, angles_of, lag_of
+from preprocess.integrated import Piece, Run, Sensed, in_long_blocks, piece_of, runs_of, sensed, with_own
 from preprocess.less_sure import with_wanders
-from preprocess.told_wanders import Told, told, told_quick
+from preprocess.told_wanders import OWN, Told, told, told_quick
 from preprocess.trial import FloatArray, Trial
 
+#: Spans of time of one log, s.
+Spans = Sequence[tuple[float, float]]
 #: A wander of the heading of less than this, rad, is as good as none.
 NEGLIGIBLE = 1e-3
 #: Within seconds: shortest block, s, or the heading's own interval, none longer than the second; time constants in
@@ -26,6 +28,8 @@ NEGLIGIBLE = 1e-3
 QUICKEST, SLOWEST, QUICK = 0.1, 0.5, (8.0, 2.0, 4.0, 16.0, 32.0)
 #: ... of sections of so many blocks, so many of them all over the logs.
 SECTION, SECTIONS = 120, 10
+#: Headings are stamped anew that are late by more than this, s, so many times at the most.
+LATE, SHIFTS = 0.1, 4
 
 
 def with_heading_wander(trials: Sequence[Trial]) -> list[Trial]:
@@ -41,17 +45,35 @@ def turning_wanders(trials: Sequence[Trial]) -> Told:
     """The wander of the headings and that of the gyro, by each other; none where none shows, or no log has both."""
     both = [t for t in trials if {"heading", "yaw_rate"} <= set(t.measurements)]
     headings, gyros = ([sensed(t.measurements[k]) for t in both] for k in ("heading", "yaw_rate"))
-    each = zip(headings, gyros, (t.segments for t in both), strict=True)
-    runs = [run for k, (heading, gyro, spans) in enumerate(each) for run in runs_of(k, heading, gyro, spans)]
+    runs = _timed(headings, gyros, [t.segments for t in both])
     if not runs:
         return Told()
     columns = [alike_of(run, angle) for run, angle in zip(runs, angles_of(runs), strict=True)]
     found = told(in_long_blocks(runs, columns, len(both)), gyros)
     own, block = found.own, max(QUICKEST, *(s.every for s in (*headings, *gyros)))
-    if own is None and block <= SLOWEST:
+    if (own is None or own.time == min(OWN)) and block <= SLOWEST:
         pieces = _in_short_blocks(runs, columns, len(both), block)
-        own = told_quick(pieces, [block * k for k in QUICK], found.rate)
+        slow = [own.time] if own else []
+        quick = told_quick(pieces, [*(block * k for k in QUICK), *slow], found.rate)
+        own = quick if quick and quick.time not in slow else own
     return Told(own if own and own.size >= NEGLIGIBLE else None, found.rate)
+
+
+def _timed(headings: Sequence[Sensed], gyros: Sequence[Sensed], segments: Sequence[Spans]) -> list[Run]:
+    """Headings against gyros, once the one is stamped as the other is to within ``LATE``.
+
+    What is late by much has more of the motion in it than its rate and the slope of that.
+    """
+    lag = 0.0
+    for _ in range(SHIFTS):
+        timed = [h._replace(t=h.t - lag) for h in headings]
+        each = zip(timed, gyros, segments, strict=True)
+        runs = [r for k, (heading, gyro, spans) in enumerate(each) for r in runs_of(k, heading, gyro, spans)]
+        late = lag_of(runs) if runs else 0.0
+        if not abs(late) > LATE:
+            break
+        lag += late
+    return runs
 
 
 def _in_short_blocks(

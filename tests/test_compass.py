@@ -177,3 +177,23 @@ def test_a_gain_is_what_it_is_though_the_first_time_constant_is_preferred(monkey
     monkeypatch.setattr(told_wanders, "likeliest", likeliest)
     found = heading_wander(sailed())
     assert (found and (found.time, found.gain)) == (chosen and (chosen, gains[chosen]))
+
+
+def stamped_late(trial, lag):
+    m = trial.measurements["heading"]
+    return replace(trial, measurements={**trial.measurements, "heading": replace(m, t=m.t + lag)})
+
+
+@pytest.mark.parametrize("lag", [0.8, 1.5])
+@pytest.mark.parametrize(("heading", "size"), [(STILL, None), (FILTERED, 0.01), (WANDERING, 0.02)])
+def test_a_heading_that_is_late_by_much_wanders_by_no_more_than_it_does(heading, size, lag):
+    """What the vessel does meanwhile is no wander, however much more than its rate it is."""
+    found = heading_wander([stamped_late(t, lag) for t in sailed(heading)])
+    assert (found and found.size) == (size and pytest.approx(size, rel=0.4))
+
+
+def test_a_wander_within_a_second_is_not_held_for_the_shortest_of_long_ones():
+    quick = Sensor(5.0, 0.02, wander=0.015, wander_time=2.0)
+    found = heading_wander(sailed(quick, seconds=150.0))
+    assert found.time < 5.0
+    assert found.size == pytest.approx(0.015, rel=0.4)
