@@ -48,7 +48,8 @@ def _alike(runs: Sequence[Run], angles: Sequence[FloatArray]) -> tuple[list[Floa
     against = [run.value - run.integral for run in runs]
     bare = [_bare(r.at, np.column_stack([c, a])) for r, c, a in zip(runs, around, against, strict=True)]
     columns = np.concatenate(bare)
-    return around, np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0]
+    alike = np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=UNTOLD)[0]
+    return around, np.asarray(alike, dtype=float)
 
 
 def _bare(at: FloatArray, values: FloatArray) -> FloatArray:
