@@ -52,10 +52,10 @@ class Sighting:
     Attributes
     ----------
     frequency, frequency_stderr : float
-        Middle of the band of the accelerations that the waves make, rad/s, and its standard error: of what varies from
-        window to window, or of what varies from log to log where that is more.
+        Of the resonance that the accelerations which the waves make look like, rad/s, and its standard error: of what
+        varies from window to window, or from log to log where that is more, and how far their centroid is from it.
     sharpness : float
-        What varies from window to window of it alone.
+        What varies from window to window of the centroid alone.
     amplitudes, stderrs : mapping of str to float
         Per channel u, v, r: √2 times the root mean square of the acceleration, m/s² or rad/s².
     p_value : float

@@ -189,17 +189,15 @@ def test_nothing_is_made_of_a_band_where_a_model_misses_more_than_the_motion():
     assert find_waves(replace(fit, solution=replace(fit.solution, p=0.2 * p))) is None
 
 
-def test_a_band_pushes_at_higher_frequencies_than_it_shows_and_logs_count_whole():
-    """A vessel answers slow pushes more; windows of one log have one sea: logs tell how well it is known."""
+def test_windows_of_one_log_have_one_sea_and_logs_tell_how_well_it_is_known():
     fit = in_waves(**WAVES)
     found, spectra = find_waves(fit), spectra_of(fit)
-    assert 1.0 < found.seen.frequency / found.frequency < 1.05
     assert set(spectra.log) == {0, 1, 2}
     place = int(np.argmin(np.abs(spectra.omega - found.frequency)))
     one, three = (
         measured(fit, replace(spectra, log=k), place, 0.0).seen for k in (0 * spectra.log, spectra.log)
     )
-    assert one.frequency_stderr == one.sharpness == three.sharpness <= three.frequency_stderr
+    assert one.sharpness == three.sharpness <= one.frequency_stderr <= three.frequency_stderr
     assert all(one.stderrs[c] <= three.stderrs[c] for c in "uvr")
     assert sum(three.stderrs.values()) > sum(one.stderrs.values())
 

@@ -11,6 +11,7 @@ from identify.fitted import Fitted
 from identify.swell import Sighting, Swell
 from validate.error_spectra import TAPERS, Spectra
 from validate.peaks import around_of, core_of
+from validate.wave_resonance import Resonance, resonance_of
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
@@ -30,22 +31,24 @@ def measured(fitted: Fitted, spectra: Spectra, place: int, p_value: float) -> Sw
     # as the sensors show it: there the tapers widen the peak to both sides alike
     shown_as = (spectra.omega[:, None] / spectra.omega[place]) ** -spectra.order
     excess = (by_window(np.abs(spectra.force) ** 2) - level) * shown_as
-    logs, within = spectra.log, np.arange(len(spectra.log))
+    logs = spectra.log
     weighted = np.nan_to_num(
         excess[:, core] / level[place]
     )  # of what a model does not predict there is nothing
-    centre, sharpness = _centroid(spectra, weighted.sum(axis=2), core, within)
+    centre, sharpness = _centroid(spectra, weighted.sum(axis=2), core, np.arange(len(logs)))
     doubt = _within(spectra, level * shown_as, core) * np.sqrt(
         2.0 / np.array([a.freedom[place] for a in around])
     )
     amplitude, stderr = _amplitudes(_within(spectra, excess, core), doubt, logs)
     share = _shares(spectra, place, core)
     motion, width = _motion(spectra, place, core, centre)
+    waves = _resonance(spectra, level, core)
     order = _of_all(np.maximum(weighted.mean(axis=0).sum(axis=0), 0.0), spectra.order)
+    by_log = _centroid(spectra, weighted.sum(axis=2), core, logs)[1]
+    apart = centre + order * width**2 / centre - waves.frequency
     names = [(c, k) for k, c in enumerate(CHANNELS) if c in fitted.solution.structure.model.predicts]
     seen = Sighting(
-        centre + order * width**2 / centre,
-        max(sharpness, _centroid(spectra, weighted.sum(axis=2), core, logs)[1]), sharpness,
+        waves.frequency, math.hypot(max(sharpness, by_log, *waves.stderrs), apart), sharpness,
         {c: float(amplitude[k]) for c, k in names}, {c: float(stderr[k]) for c, k in names}, p_value,
         {c: float(share[k]) for c, k in names}, _together(spectra, core),
         0.5 * centre / spectra.spacing,
@@ -69,6 +72,16 @@ def _together(spectra: Spectra, core: BoolArray) -> ComplexArray:
     cross = velocity.T @ velocity.conj()
     size = np.sqrt(np.maximum(np.diag(cross).real, 1e-300))
     return np.asarray(cross / np.outer(size, size), dtype=complex)
+
+
+def _resonance(spectra: Spectra, level: FloatArray, core: BoolArray) -> Resonance:
+    """What the waves' accelerations swing with, by the channels whose spectra (f, 3) around the peak are known."""
+    known = np.isfinite(level).all(axis=0)
+    omega, order = spectra.omega[core], spectra.order[known]
+    shown_as = (omega[:, None] / omega.mean()) ** -order
+    power = by_window(np.abs(spectra.force) ** 2)[:, core][..., known] * shown_as
+    groups = (np.arange(len(power)), spectra.log)
+    return resonance_of(omega, power, level[core][:, known] * shown_as, order, groups)
 
 
 def _motion(spectra: Spectra, place: int, core: BoolArray, centre: float) -> tuple[FloatArray, float]:
