@@ -376,9 +376,18 @@ def test_sides_and_rates_are_offered_where_a_unit_is_stated():
     }
 
 
-def test_a_date_with_the_time_of_day_is_a_clock_and_a_date_alone_is_none():
-    stamps = pd.date_range("2026-05-01T08:00:00", periods=20, freq="100ms").strftime("%Y-%m-%dT%H:%M:%S.%f")
-    clock = clock_of(pd.DataFrame({"Kurs": np.zeros(20), "Datum": stamps}))
+@pytest.mark.parametrize(
+    ("names", "layout"),
+    [
+        (("Datum",), "%Y-%m-%dT%H:%M:%S.%f"),
+        (("Datum Uhrzeit",), "%Y-%m-%d %H:%M:%S.%f"),
+        (("Fecha", "Hora"), "%d.%m.%Y %H:%M:%S.%f"),
+    ],
+)
+def test_a_date_with_the_time_of_day_is_a_clock_whatever_its_name_and_a_date_alone_is_none(names, layout):
+    stamps = pd.date_range("2026-05-01T08:00:00", periods=20, freq="100ms").strftime(layout)
+    parts = zip(*(s.split(" ", len(names) - 1) for s in stamps), strict=True)
+    clock = clock_of(pd.DataFrame({"Kurs": np.zeros(20)} | dict(zip(names, map(list, parts), strict=True))))
     assert clock is not None
     assert clock.utc
     assert np.all(np.diff(clock.ns) == 100_000_000)

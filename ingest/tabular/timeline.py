@@ -27,8 +27,9 @@ TIME_NAMES = (
 COUNTED = "timestamp"
 #: No time since a start is so long, s; times since 1970 with rows this far apart, ns, are times since a start.
 CENTURY, RARELY_DATED_NS = 4e9, 600_000_000_000
-#: Columns of text that may hold the time of day beside the date.
-DATE_NAMES = ("datum", "date")
+#: Text that is a date, a time of day, and both.
+_DATE, _OF_DAY = r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}", r"\d{1,2}:\d\d:\d\d([.,]\d+)?"
+DATE, OF_DAY, DATED = (re.compile(p) for p in (_DATE, _OF_DAY, rf"{_DATE}[ T]{_OF_DAY}(Z|[+-]\d\d:?\d\d)?"))
 
 _SCALE = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1, "min": 60_000_000_000}
 DAY_NS = 86_400_000_000_000
@@ -83,15 +84,27 @@ def clock_of(table: pd.DataFrame, units: Mapping[str, str] | None = None) -> Clo
             clock = from_column(flat[name])
             if clock is not None:
                 return clock
-    for name in (n for n in DATE_NAMES if n in flat and not pd.api.types.is_numeric_dtype(table[flat[n]])):
-        clock = _from_text(table[flat[name]].astype(str), flat[name])
-        if clock is not None and np.ptp(clock.ns[clock.good]) > 0:
-            return clock
+    clock = _from_values(table)
+    if clock is not None:
+        return clock
     first = table.iloc[:, 0]
     rising = (
         pd.api.types.is_numeric_dtype(first) and len(first) > 2 and bool((first.diff().iloc[1:] > 0).all())
     )
     return from_column(str(table.columns[0])) if rising else None
+
+
+def _from_values(table: pd.DataFrame) -> Clock | None:
+    """Time by text that looks like it, whatever its columns are called: with the date, beside it, or without."""
+    texts = [c for c in table.columns if len(table) and not pd.api.types.is_numeric_dtype(table[c])]
+    first = {c: str(table[c].dropna().iloc[0]).strip() if table[c].notna().any() else "" for c in texts}
+    dated, dates, of_day = ([c for c in texts if p.fullmatch(first[c])] for p in (DATED, DATE, OF_DAY))
+    joined = [
+        (f"{d} {t}", table[d].astype(str) + " " + table[t].astype(str)) for d in dates[:1] for t in of_day[:1]
+    ]
+    alone = [(str(c), table[c].astype(str)) for c in (*dated, *of_day)]
+    clocks = (_from_text(column, name) for name, column in (*joined, *alone))
+    return next((c for c in clocks if c is not None and np.ptp(c.ns[c.good]) > 0), None)
 
 
 def _from_ticks(table: pd.DataFrame, flat: dict[str, str]) -> Clock:
@@ -188,7 +201,7 @@ def _scaled(values: NDArray[np.generic], scale: int) -> Nanoseconds:
 
 
 def _from_text(column: pd.Series, name: str) -> Clock | None:
-    of_day = column.str.match(r"^\d{1,2}:\d\d:\d\d([.,]\d+)?$")
+    of_day = column.str.fullmatch(OF_DAY)
     if of_day.mean() > 0.5:
         times = pd.to_timedelta(column.where(of_day).str.replace(",", "."), errors="coerce")
         ns = times.astype("timedelta64[ns]").to_numpy().astype(np.int64)
