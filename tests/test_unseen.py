@@ -16,10 +16,10 @@ from identify.prepare import prepare
 from identify.sensor_line import SensorLine
 from validate.candidates import candidates
 from validate.scores import predictions, validation
-from validate.unseen import speak_against
+from validate.unseen import leads_astray, speak_against
 
 
-def test_unseen_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_the_same_fit():
+def test_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_the_same_fit():
     ship, trials = trials_of("usv", ("zigzag", "random"), 60.0, 5)
     unseen = [replace(t, role="validate") for t in trials[1:]]
     prepared = prepare([trials[0], *unseen], ship.model)
@@ -30,6 +30,9 @@ def test_unseen_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_
     astray = replace(fitted, solution=there)
     assert speak_against(prepared, fitted, astray)
     assert not speak_against(prepared, astray, fitted)
+    alone = replace(prepared, validate=())
+    assert [leads_astray(alone, fitted, f) for f in (fitted, astray)] == [False, True]
+    assert not leads_astray(alone, astray, fitted)
 
 
 def late_gyro(wander=0.0):

@@ -62,8 +62,8 @@ def advice_for(
         )
     if outcome.refuted:
         parts.append(
-            f"Taken back: {_once(outcome.refuted)}: the logs to identify on are fitted better so, the unseen ones "
-            "predicted no better. Sail the same manoeuvre twice, once for each, to see what differs."
+            f"Taken back: {_once(outcome.refuted)}: windows of the logs to identify on are fitted better so, unseen "
+            "or whole logs predicted no better. Sail the same manoeuvre twice, once for each, to see what differs."
         )
     if outcome.unsure:
         parts.append(

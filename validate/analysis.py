@@ -40,7 +40,7 @@ from validate.sure import surely
 from validate.swell import needs_waves, seen_waves, without_waves
 from validate.tables import actuator_tables, prediction_tables
 from validate.told_logs import told_of_the_odd_logs
-from validate.unseen import speak_against
+from validate.unseen import leads_astray, speak_against
 from validate.verdict import diagnose
 
 Progress = Callable[[str, str, float], None]
@@ -246,10 +246,10 @@ def _finished(
 def _borne_out(
     prepared: Prepared, declared: Fitted, outcome: Outcome, after: Fitted
 ) -> tuple[Outcome, Fitted]:
-    """What unseen logs do not speak against: all as found, in the logs that say so, else the wiring."""
+    """What neither unseen nor whole logs speak against: all as found, in the logs that say so, else the wiring."""
     placed = told_of_the_odd_logs(in_logs_as_they_say(outcome, prepared))
     after = after if placed is outcome else placed.fitted
-    if not speak_against(prepared, declared, after):
+    if not (speak_against(prepared, declared, after) or leads_astray(prepared, declared, after)):
         return placed, after
     kept = placed.standing[: 1 if outcome.wiring else 0]
     refuted = tuple(t.active.label for t in placed.standing[len(kept) :])

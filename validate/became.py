@@ -13,7 +13,7 @@ from validate.same_cause import acting
 #: How the remark on an effect begins that was left out again.
 OUT = "left out again"
 #: What is said of an effect that unseen logs, or its own standard error, speak against, or that is any logger's.
-REFUTED = "taken back: unseen logs are predicted no better with it"
+REFUTED = "taken back: unseen or whole logs are predicted no better with it"
 UNSURE = "not kept: its value may as well be nothing, or it hardly moves the vessel"
 SLIGHT = "no more than any logger's stamps are off: the fit knows of it, it is no effect"
 

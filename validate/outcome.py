@@ -18,7 +18,7 @@ from validate.wiring import Wiring
 class Outcome:
     """Where the loop ended: the last fit, its rounds, for every effect taken its gain and look-alikes, the wiring.
 
-    ``refuted``: effects that were taken back, because unseen logs were predicted worse with them than without;
+    ``refuted``: effects that were taken back, because unseen or whole logs are predicted worse with them;
     ``unsure``: because their own standard errors do not tell them from nothing; ``slight``: no more than any log has.
     """
 

@@ -42,6 +42,14 @@ def score(measured: FloatArray, predicted: FloatArray, channel: str, predicts: S
     return ChannelScore(mse, mse**0.5, 1.0 - mse / spread, (mse / spread) ** 0.5)
 
 
+def pooled(
+    structure: Structure, stretches: Sequence[Stretch], predicted: Sequence[FloatArray]
+) -> dict[str, ChannelScore]:
+    """Scores of all of some stretches together, per channel."""
+    pairs = [(s.states, q) for s, q in zip(stretches, predicted, strict=True)]
+    return _channels(pairs, structure.model.predicts)
+
+
 def validation(
     structure: Structure, stretches: Sequence[Stretch], predicted: Sequence[FloatArray]
 ) -> Validation:

@@ -1,4 +1,4 @@
-"""Whether logs that nothing was fitted to speak against what was found."""
+"""Whether logs speak against what was found: those that nothing was fitted to, and whole ones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from identify.free_running import FOLLOWS
 from identify.prepare import Prepared
 from identify.stretch import Stretch
 from validate.other_logs import on_other_logs, with_other_logs
-from validate.scores import predictions, validation
+from validate.scores import pooled, predictions
 
 #: Unseen logs count as predicted worse from this ratio of the squared errors on; where a fit stays far from the noise
 #: they must be predicted better.
@@ -31,8 +31,7 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     wanders, may have led the smoother astray.
     """
     unseen = prepared.validate
-    spread = _spread((*prepared.identify, *unseen))
-    before, after_ = (_misfit(prepared, f, spread) for f in (declared, after))
+    before, after_ = (_misfit(prepared, f, unseen) for f in (declared, after))
     if after.chi2_per_dof > FAR:
         return after_ > BETTER * before
     if after_ <= WORSE * before:
@@ -43,6 +42,15 @@ def speak_against(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
     if nearer > RUN_AWAY and _times_nearer(unseen, declared, after, np.inf) > RUN_AWAY:
         return False
     return after_ > max(FOLLOWS, RUN_AWAY * before) or nearer <= 1.0
+
+
+def leads_astray(prepared: Prepared, declared: Fitted, after: Fitted) -> bool:
+    """Whether a fit's own logs are predicted far worse with the effects than without, over their whole length.
+
+    Over windows a rich model may follow with causes that are none, by coefficients with which it runs away.
+    """
+    before, after_ = (_misfit(prepared, f, prepared.identify) for f in (declared, after))
+    return after_ > max(FOLLOWS, RUN_AWAY * before)
 
 
 def _left_open(after: Fitted, unseen: Sequence[Stretch]) -> bool:
@@ -59,11 +67,11 @@ def _spread(stretches: Sequence[Stretch]) -> dict[str, float]:
     return dict(zip("uvr", np.vstack([s.states[:, 3:6] for s in stretches]).var(axis=0) + 1e-24, strict=True))
 
 
-def _misfit(prepared: Prepared, fitted: Fitted, spread: dict[str, float]) -> float:
-    """Squared free-running errors on unseen logs, channels added, each in units of its spread."""
-    unseen = prepared.validate
-    runs = predictions(fitted.solution.structure, fitted.solution.p, unseen)
-    found = validation(prepared.structure, unseen, runs).channels
+def _misfit(prepared: Prepared, fitted: Fitted, stretches: Sequence[Stretch]) -> float:
+    """Squared free-running errors on some logs, channels added, each in units of its spread over all of them."""
+    spread = _spread((*prepared.identify, *prepared.validate))
+    runs = predictions(fitted.solution.structure, fitted.solution.p, stretches)
+    found = pooled(prepared.structure, stretches, runs)
     return sum(s.mse / spread[c] for c, s in found.items() if s.mse is not None)
 
 
