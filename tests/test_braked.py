@@ -71,3 +71,15 @@ def test_whole_logs_that_run_away_are_owned_up_to(monkeypatch):
         prepared, SimpleNamespace(chi2_per_dof=1.0), {"u": 0.0, "v": 0.0, "r": 0.2}, 0.1
     )
     assert said == {"u": 19.0}
+
+
+@pytest.mark.parametrize(("off", "said"), [(True, {"u": 3.2}), (False, {})])
+def test_a_fit_off_the_noise_that_runs_away_from_its_own_logs_leaves_what_they_are_off_by(
+    monkeypatch, off, said
+):
+    """Over windows a rich model follows weed on its propeller by coefficients with which it then runs away."""
+    structure = SimpleNamespace(model=SimpleNamespace(predicts=("u", "v")))
+    prepared = SimpleNamespace(identify=("log",), validate=(), structure=structure)
+    monkeypatch.setattr(verdict, "spread_of", lambda _: np.ones(3))
+    monkeypatch.setattr(verdict, "over_whole_logs", lambda *_: {"u": 3.2, "v": 0.9, "r": 3.0})
+    assert verdict._left_astray(prepared, SimpleNamespace(is_off=off)) == said

@@ -193,3 +193,14 @@ def test_the_error_of_parts_left_out_is_no_number_where_a_prediction_ran_away(mo
     rmse = cross_validated(fitted)
     assert rmse["u"] == rmse["v"] == np.inf
     assert rmse["r"] < 0.1
+
+
+def test_what_the_smoother_itself_is_off_by_is_nothing_that_whole_logs_leave():
+    ready = prepared_with(Effect("current", {"speed": 0.3, "direction": 1.0}))
+    fitted, spread = fit_from_scratch(ready.structure, ready.identify), spread_of(ready.identify)
+    off = []
+    for sigma in (0.0, 0.05, 10.0):
+        logs = [replace(s, sigmas=np.full_like(s.sigmas, sigma)) for s in ready.identify]
+        off.append(over_whole_logs(fitted, logs, spread)["v"])
+    assert off[0] > off[1] > off[2] == 0.0
+    assert off[0] ** 2 - off[1] ** 2 == pytest.approx((0.05 / spread[1]) ** 2)

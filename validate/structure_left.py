@@ -11,6 +11,7 @@ from identify.base_fit import window_length
 from identify.drive import drive
 from identify.first_states import begun, first_states
 from identify.fitted import FAR, NEAR, Fitted
+from identify.free_running import less_waves
 from identify.gusts import blown
 from identify.noise import beyond_drift, calibrated, smoothness
 from identify.output_error import Prior, Solution, information_of, solve
@@ -171,10 +172,15 @@ def spread_of(stretches: Sequence[Stretch]) -> FloatArray:
 
 
 def over_whole_logs(fitted: Fitted, stretches: Sequence[Stretch], spread: FloatArray) -> dict[str, float]:
-    """Per channel the free-running error over whole stretches in units of its ``spread``: what is missing adds up."""
+    """Per channel the free-running error over whole stretches in units of its ``spread``: what is missing adds up.
+
+    Less waves that are known, and the smoother's own variance.
+    """
     structure, p = fitted.solution.structure, fitted.solution.p
-    errors = np.vstack([relative_errors(structure, p, s, spread, RUN_AWAY) for s in stretches])
-    return dict(zip("uvr", np.sqrt(np.mean(errors**2, axis=0)).tolist(), strict=True))
+    errors = [less_waves(relative_errors(structure, p, s, spread, RUN_AWAY), s) for s in stretches]
+    square = np.mean(np.vstack(errors) ** 2, axis=0)
+    smoothed = np.mean(np.vstack([s.sigmas for s in stretches]) ** 2, axis=0) / spread**2
+    return dict(zip("uvr", np.sqrt(np.maximum(square - smoothed, 0.0)).tolist(), strict=True))
 
 
 def _left_open(

@@ -56,11 +56,24 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
 
 
 def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
-    """The larger of what is left on the logs of the fit and on those that validate."""
+    """The largest of what is left on the logs of the fit, over them as a whole, and on those that validate."""
     own, other = side_by_side(
         lambda share: share(), (partial(structured_share, fitted), partial(_left_unseen, prepared, fitted))
     )
-    return {c: max(own[c], other.get(c, 0.0)) for c in own}
+    whole = _left_astray(prepared, fitted)
+    return {c: max(own[c], whole.get(c, 0.0), other.get(c, 0.0)) for c in own}
+
+
+def _left_astray(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
+    """What a fit that is off the noise leaves of its own logs over their whole length, where that is all there is.
+
+    Over windows first states, and coefficients with which a rich model runs away, may hide nearly all that is missing.
+    """
+    if not fitted.is_off:
+        return {}
+    whole = over_whole_logs(fitted, prepared.identify, spread_of((*prepared.identify, *prepared.validate)))
+    predicts = prepared.structure.model.predicts
+    return {c: x for c, x in whole.items() if x > ASTRAY and c in predicts}
 
 
 def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
