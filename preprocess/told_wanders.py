@@ -10,17 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from preprocess.integrated import Piece, Sensed
-from preprocess.wander_likelihood import Errors, Likeliest, likeliest
+from preprocess.wander_likelihood import MISSED, Errors, Likeliest, likeliest
 
 #: Fewer blocks than this in all tell nothing.
 TELLING = 40
-#: Gain in -2 log likelihood that is believed, by which another time constant of a value than the first is, and by which
-#: a wander of the rate is held for likelier than one of the value: over some minutes they look alike.
+#: Gain in -2 log likelihood that is believed, also of a wander of the rate over one of the value, for which half of it
+#: is then enough (over some minutes they look alike); and gain by which another time constant than the first is.
 BELIEVED, CLEARER = 12.0, 4.0
 #: Time constants that are tried, s, the first alone where it shows nothing: of a value, and of a rate.
 OWN, RATE = (40.0, 10.0, 20.0, 80.0, 160.0), (2.0, 0.5, 1.0, 4.0, 8.0, 32.0, 128.0)
-#: A rate that is sensed every so many seconds, or more often, is sensed often.
-OFTEN = 0.1
 #: What a rate's wander adds up to counts from this share of what its white noise does.
 COUNTS = 0.5
 #: By more than so many times its white noise two samples of a rate do not differ because it wanders.
@@ -52,13 +50,16 @@ def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
     """What long blocks tell of both, with the samples of the ``rates``."""
     if blocks_of(slow) < TELLING:
         return Told()
-    bare = Errors(walks=False, often=max(r.every for r in rates) <= OFTEN)
-    own = _likelier(slow, Errors(), [Errors(own=t) for t in OWN], CLEARER)
+    walking = Errors(missed=min(MISSED, max(r.missed for r in rates)))
+    own = _likelier(slow, walking, [walking._replace(own=t) for t in OWN], CLEARER, least=0.5 * BELIEVED)
+    bare = walking._replace(walks=False)
     rate = _likelier(slow, bare, [bare._replace(rate=t) for t in RATE], rates=rates)
+    if own and own.gain < BELIEVED and not (rate and _hardly_behind(own, rate)):
+        own = None
     if own is None or rate is None:
         return Told(None if own is None else _own(own), None if rate is None else _rate(rate))
     more, first = [bare._replace(own=t, rate=rate.errors.rate) for t in OWN], rate
-    if own.found.deviance < rate.found.deviance + CLEARER:
+    if _hardly_behind(own, rate):
         more, first = [bare._replace(own=own.errors.own, rate=t) for t in RATE], own
     both = _nearest(_tried(slow, more, first.found.deviance), rates)
     if both is not None and both.gain >= BELIEVED:
@@ -103,8 +104,9 @@ def _likelier(
     others: Sequence[Errors],
     clearer: float = 0.0,
     rates: Sequence[Sensed] = (),
+    least: float = BELIEVED,
 ) -> _Tried | None:
-    """The likeliest of ``others``, by so much if it is not the first; None where none is believed."""
+    """The likeliest of ``others``, by so much if it is not the first; None where none gains the ``least``."""
     none = likeliest(pieces, bare).deviance
     first, *_ = tried = _tried(pieces, others[:1], none)
     if first.gain < 0.5 * BELIEVED:
@@ -114,7 +116,12 @@ def _likelier(
     if best is None:
         return None
     best = tried[others.index(best.errors)]
-    return best if best.gain >= BELIEVED else None
+    return best if best.gain >= least else None
+
+
+def _hardly_behind(own: _Tried, rate: _Tried) -> bool:
+    """Whether a wander of the value is nearly as likely as one of the rate."""
+    return own.found.deviance < rate.found.deviance + BELIEVED
 
 
 def _tried(pieces: Sequence[Piece], each: Sequence[Errors], none: float) -> list[_Tried]:

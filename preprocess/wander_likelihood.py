@@ -18,13 +18,12 @@ from preprocess.trial import FloatArray
 
 #: Sizes are sought between these, as logarithms, in units of the white noise of a block.
 RANGE = (-5.0, 8.0)
-#: So much, as a logarithm, may the rate's noise add up faster than its samples say: they miss what is between them ...
-WALKS = (0.0, 1.2)
-#: ... or hardly, where they come often.
-HARDLY = (0.0, 0.1)
-#: Where searches begin, as logarithms, and how far first steps go: of the walk, of one that is hardly any, of a wander,
-#: and of a rate that walks.
-BEGIN, STEP = (0.2, 0.05, 1.0, -1.0), (0.5, 0.04, 1.0, 1.5)
+#: So much, as a logarithm, may the rate's noise add up faster than its samples say at the most: they miss what is
+#: between them.
+MISSED = 1.2
+#: Where searches begin, as logarithms, and how far first steps go: of the walk, in parts of what may be missed, of a
+#: wander, and of a rate that walks.
+BEGIN, STEP = (0.2, 1.0, -1.0), (0.4, 1.0, 1.5)
 #: Evaluations of the likelihood in a search.
 MOST_EVALUATIONS = 90
 
@@ -32,14 +31,14 @@ MOST_EVALUATIONS = 90
 class Errors(NamedTuple):
     """What errors are taken for: a wander of the value and one of its rate, by their time constants, s.
 
-    ``walks`` where the rate's constant error may change by and by; ``often`` where the rate is sensed so often that
-    next to nothing is missed between its samples.
+    ``walks`` where the rate's constant error may change by and by; ``missed``, as a logarithm, how much faster its
+    noise may add up than its samples say.
     """
 
     own: float | None = None
     rate: float | None = None
     walks: bool = True
-    often: bool = False
+    missed: float = MISSED
 
 
 class Likeliest(NamedTuple):
@@ -94,10 +93,10 @@ def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
     both = [(np.minimum.outer(t, t), np.maximum.outer(t, t)) for t in at]
     block = 1.0 / float(np.median(np.concatenate([p.samples for p in pieces])))
     lasts = float(np.median([t[-1] for t in at]))
-    walk, hardly, wander, rate_walk = zip(BEGIN, STEP, strict=True)
+    missed, wander, rate_walk = zip(BEGIN, STEP, strict=True)
     begun = [p.length + first for p, (first, _) in zip(pieces, both, strict=True)]  # a block before the first
     added = [p.walk * _averaged(b, -p.length / 6.0) for p, b in zip(pieces, begun, strict=True)]
-    found = [_Part(added, 1.0, *hardly, HARDLY) if errors.often else _Part(added, 1.0, *walk, WALKS)]
+    found = [_Part(added, 1.0, *(errors.missed * x for x in missed), (0.0, errors.missed))]
     if errors.own is not None:
         less = [_of_average(p.length / errors.own) - 1.0 for p in pieces]
         units = [

@@ -38,6 +38,17 @@ def test_a_gyro_that_wanders_is_told_from_a_compass_that_does(seed):
     assert added(found.rate.size, found.rate.time) / added(0.005, 5.0) == pytest.approx(1.0, abs=0.7)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("rate", "noise"), [(10.0, 0.0015), (5.0, 0.0008)])
+def test_a_compass_that_wanders_is_not_held_for_a_gyro_that_does_nor_for_what_that_misses(rate, noise, seed):
+    """A gyro's noise adds up faster than its samples say by no more than they bend."""
+    compass = Sensor(10.0, 0.006, wander=0.006, wander_time=35.0)
+    suite = replace(Suite(), heading=compass, yaw_rate=Sensor(rate, noise), shared_attitude=False)
+    found = turning_wanders(trials_of("patrol", LOGS, 240.0, seed, validate=0, suite=suite)[1])
+    assert found.rate is None
+    assert found.own.size == pytest.approx(0.006, rel=0.6)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_velocity_that_is_filtered_is_told_by_the_positions(seed):
     found = moving_wanders(sailed(velocity=FILTERED, seed=seed))
