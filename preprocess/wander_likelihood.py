@@ -94,9 +94,10 @@ def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
     block = 1.0 / float(np.median(np.concatenate([p.samples for p in pieces])))
     lasts = float(np.median([t[-1] for t in at]))
     missed, wander, rate_walk = zip(BEGIN, STEP, strict=True)
+    walk = (errors.missed * missed[0], errors.missed * missed[1], (0.0, errors.missed))
     begun = [p.length + first for p, (first, _) in zip(pieces, both, strict=True)]  # a block before the first
     added = [p.walk * _averaged(b, -p.length / 6.0) for p, b in zip(pieces, begun, strict=True)]
-    found = [_Part(added, 1.0, *(errors.missed * x for x in missed), (0.0, errors.missed))]
+    found = [_Part(added, 1.0, *walk)]
     if errors.own is not None:
         less = [_of_average(p.length / errors.own) - 1.0 for p in pieces]
         units = [
