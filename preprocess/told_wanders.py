@@ -5,11 +5,11 @@ A rate that wanders adds up to an error of the integral without bounds, a value 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from preprocess.integrated import Piece, Sensed
+from preprocess.rate_samples import may_wander, shows
 from preprocess.wander_likelihood import MISSED, Errors, Likeliest, likeliest
 
 #: Fewer blocks than this in all tell nothing.
@@ -19,10 +19,6 @@ TELLING = 40
 BELIEVED, CLEARER = 12.0, 4.0
 #: Time constants that are tried, s, the first alone where it shows nothing: of a value, and of a rate.
 OWN, RATE = (40.0, 10.0, 20.0, 80.0, 160.0), (2.0, 0.5, 1.0, 4.0, 8.0, 32.0, 128.0)
-#: What a rate's wander adds up to counts from this share of what its white noise does.
-COUNTS = 0.5
-#: By more than so many times its white noise two samples of a rate do not differ because it wanders.
-SHARP = 1.2
 
 
 @dataclass(frozen=True)
@@ -54,12 +50,12 @@ def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
     own = _likelier(slow, walking, [walking._replace(own=t) for t in OWN], CLEARER, least=0.5 * BELIEVED)
     bare = walking._replace(walks=False)
     rate = _likelier(slow, bare, [bare._replace(rate=t) for t in RATE], rates=rates)
-    if own and own.gain < BELIEVED and not (rate and _hardly_behind(own, rate)):
+    if own and own.gain < BELIEVED and not (rate and _hardly_behind(own, rate, rates)):
         own = None
     if own is None or rate is None:
         return Told(None if own is None else _own(own), None if rate is None else _rate(rate))
     more, first = [bare._replace(own=t, rate=rate.errors.rate) for t in OWN], rate
-    if _hardly_behind(own, rate):
+    if _hardly_behind(own, rate, rates):
         more, first = [bare._replace(own=own.errors.own, rate=t) for t in RATE], own
     both = _nearest(_tried(slow, more, first.found.deviance), rates)
     if both is not None and both.gain >= BELIEVED:
@@ -119,9 +115,10 @@ def _likelier(
     return best if best.gain >= least else None
 
 
-def _hardly_behind(own: _Tried, rate: _Tried) -> bool:
-    """Whether a wander of the value is nearly as likely as one of the rate."""
-    return own.found.deviance < rate.found.deviance + BELIEVED
+def _hardly_behind(own: _Tried, rate: _Tried, rates: Sequence[Sensed]) -> bool:
+    """Whether a wander of the value is nearly as likely as one of the rate; as likely, if that one shows in samples."""
+    shown = shows(rates, rate.found.rate, rate.errors.rate or 0.0)
+    return own.found.deviance < rate.found.deviance + (-CLEARER if shown else BELIEVED)
 
 
 def _tried(pieces: Sequence[Piece], each: Sequence[Errors], none: float) -> list[_Tried]:
@@ -131,17 +128,6 @@ def _tried(pieces: Sequence[Piece], each: Sequence[Errors], none: float) -> list
 
 
 def _nearest(tried: Sequence[_Tried], rates: Sequence[Sensed]) -> _Tried | None:
-    """The one that gains most, of those by which rates wander as their samples may: by something, and not too fast."""
-    may = [t for t in tried if not rates or (_counts(rates, _rate(t)) and _hidden(rates, _rate(t)))]
+    """The one that gains most, of those by which rates wander as their samples may."""
+    may = [t for t in tried if not rates or may_wander(rates, t.found.rate, t.errors.rate or 0.0)]
     return max(may, key=lambda t: t.gain, default=None)
-
-
-def _counts(rates: Sequence[Sensed], wander: Wander) -> bool:
-    """Whether the integral of a rate errs by a wander too, and not by its white noise alone."""
-    return 2.0 * wander.size**2 * wander.time > COUNTS * min(r.sigma**2 * r.every for r in rates)
-
-
-def _hidden(rates: Sequence[Sensed], wander: Wander) -> bool:
-    """Whether samples of a rate that wanders so would differ by no more than its noise."""
-    change = [wander.size * math.sqrt(-math.expm1(-r.every / wander.time)) for r in rates]
-    return all(c < SHARP * r.sigma for c, r in zip(change, rates, strict=True))
