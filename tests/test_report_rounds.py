@@ -56,7 +56,7 @@ WALK = Active(BY_NAME["propeller_walk"], Variant("left", {}, ("right",)))
          "left out again: actuator_lag (propeller), which no round took, came in instead"),
         ((WIND, WIND), (WIND,), {}, [True, True], ""),
         ((SHOAL,), (), {"unsure": (WHOLE.label,)}, [False], "not kept: its value may as well be nothing"),
-        ((WIND,), (), {"refuted": ("wind",)}, [False], "taken back: unseen logs"),
+        ((WIND,), (), {"refuted": ("wind",)}, [False], "taken back: unseen or whole logs"),
         ((LATE,), (), {"slight": (LATE.label,)}, [False], "no more than any logger's"),
     ],
 )  # fmt: skip
