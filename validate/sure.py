@@ -8,6 +8,7 @@ to the last digit: what hardly changes a free run may stand for its own small fa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -23,6 +24,7 @@ from identify.parameter_covariance import covariance_of
 from identify.structure import null_parameters
 from identify.whole_windows import over_whole_logs
 from preprocess.cores import side_by_side
+from validate.as_one import as_one, same_elsewhere
 from validate.candidates import candidates
 from validate.judgement import DOUBTFUL, at_bound, least_gain, parameters_of
 from validate.log_groups import free_in_logs
@@ -89,7 +91,7 @@ def _without_unsure(outcome: Outcome, pace: Pace) -> Outcome:
 
 
 def _least_sure(fitted: Fitted) -> int | None:
-    """Which effect says least more than it needs to say; None where all say more."""
+    """Which effect says least more than it needs to say; None where all say more, by themselves or on all inputs."""
     doubted = searched(fitted)
     if not doubted:
         return None
@@ -97,8 +99,16 @@ def _least_sure(fitted: Fitted) -> int | None:
     covariance = covariance_of(found)
     said = side_by_side(partial(_beyond, found, covariance), doubted)
     beyond = dict(zip(doubted, said, strict=True))
-    least = min(doubted, key=lambda k: beyond[k])
-    return least if beyond[least] < 0.0 else None
+    unsure = sorted((k for k in doubted if beyond[k] < 0.0), key=lambda k: beyond[k])
+    return next((k for k in unsure if not _sure_as_one(fitted, same_elsewhere(fitted, k, unsure))), None)
+
+
+def _sure_as_one(fitted: Fitted, same: Sequence[int]) -> bool:
+    """Whether an effect that is on several inputs, and unsure on each, is sure on all of them alike."""
+    if len(same) < 2:
+        return False
+    one = with_disturbances(over_whole_logs(as_one(fitted, same)))
+    return _beyond(one, covariance_of(one), len(one.solution.structure.actives) - 1) >= 0.0
 
 
 def _beyond(fitted: Fitted, covariance: FloatArray, index: int) -> float:
