@@ -16,6 +16,9 @@ from .state import BoolArray, FloatArray, Optimiser, State, StopReason, common, 
 DIFFERENCE = 6e-6  # of central differences, in the unit box: the cube root of the precision
 LENGTHS = np.array([4.0, 1.0, 0.5, 0.2, 0.05, 0.005])  # tried along each direction at once
 SMALLEST_STEP = 1e-11
+SMALLEST_SQUARE = float(
+    np.finfo(float).tiny
+)  # of a change of the gradient: a smaller one may have lost all its digits
 SMALLEST_DROP = 1e-15  # of the value in one step, over the spread of the first values
 
 
@@ -178,8 +181,10 @@ def _updated(state: DescentState) -> DescentState:
         sound = curvature > 1e-12 * np.linalg.norm(s, axis=1) * np.linalg.norm(y, axis=1)
     sound &= state.active
     s, y = np.where(sound[:, None], s, 0.0), np.where(sound[:, None], y, 0.0)
+    square = np.einsum("ni,ni->n", y, y)
+    sound &= np.minimum(curvature, square) > SMALLEST_SQUARE
     rho = np.divide(1.0, curvature, out=np.zeros_like(curvature), where=sound)
-    scale = curvature / np.where(sound, np.einsum("ni,ni->n", y, y), 1.0)
+    scale = np.divide(curvature, square, out=np.zeros_like(curvature), where=sound)
     eye = np.eye(s.shape[1])
     first = (state.fresh & sound)[:, None, None]
     inverse = np.where(first, scale[:, None, None] * eye, state.inverse)
