@@ -39,7 +39,7 @@ def shows(rates: Sequence[Sensed], size: float, time: float) -> bool:
 def _share(rates: Sequence[Sensed], size: float, time: float, lag: float) -> float | None:
     """How much of what a wander adds to second differences over a ``lag``, s, is there; None where they cannot tell."""
     seen = due = doubt = 0.0
-    for rate in rates:
+    for rate in (r for r in rates if len(r.t) > 2):
         (near, count), (far, left) = _bend(rate, rate.every), _bend(rate, lag)
         if min(count, left):
             seen += left * (far - near)

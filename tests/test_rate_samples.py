@@ -41,3 +41,9 @@ def test_what_is_much_less_than_the_noise_may_be_there_and_does_not_show():
     assert not shows(white, 0.3 * NOISE, 4.0)
     assert not may_wander(white, 1e-2 * NOISE, TIME)  # adds up to nothing
     assert not may_wander(white, 10.0 * NOISE, TIME)  # would be seen from sample to sample
+
+
+def test_a_log_with_hardly_a_sample_says_nothing():
+    few = [Sensed(np.arange(float(n)), np.zeros(n), NOISE) for n in range(4)]
+    assert may_wander([sampled(SIZE), *few], NOISE, TIME)
+    assert not shows(few, SIZE, TIME)
