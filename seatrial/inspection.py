@@ -224,8 +224,10 @@ def input_candidates(log: Log) -> Iterator[Candidate]:
 
 
 def named_inputs(log: Log) -> Iterator[Candidate]:
-    """Fields whose names are those of actuators."""
-    for topic, table in log.tables.items():
+    """Fields whose names are those of actuators; of topics that are told apart by instance, the instances alone."""
+    apart = {topic.rpartition("[")[0] for topic in log.tables if topic.endswith("]")}
+    whole = {topic for topic in apart & set(log.tables) if "instance" in log.tables[topic]}
+    for topic, table in ((t, log.tables[t]) for t in log.tables if t not in whole):
         for column in map(str, table.columns):
             signal = f"{topic}.{column}" if topic else column
             named = NUMBERS.sub("", signal)

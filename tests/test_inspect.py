@@ -148,6 +148,21 @@ def test_what_inspect_reads_a_campaign_can_be_told_to_read(log):
     assert table["north"].tolist()[:2] == [0.5, 1.5]
 
 
+@pytest.mark.parametrize("told_apart", [True, False])
+def test_of_actuators_that_one_device_reports_by_instance_each_is_offered_and_not_their_mixture(told_apart):
+    """Other formats call their first instance by the topic's name alone."""
+    index = pd.Index(range(6), name="t_ns")
+    table = pd.DataFrame({"position": np.linspace(0.0, 1.0, 6)}, index=index)
+    mixed = table.assign(instance=[0, 1] * 3) if told_apart else table
+    log = Log(Path("x"), "trc", {"rudder": mixed, "rudder[1]": table, "rudder[2]": table})
+    offered = [c.signal for c in inspect_log(log).candidates]
+    assert offered == [
+        *([] if told_apart else ["rudder.position"]),
+        "rudder[1].position",
+        "rudder[2].position",
+    ]
+
+
 def test_where_satellites_stand_is_no_input():
     index = pd.Index(range(5), name="t_ns")
     turning = pd.DataFrame({"azimuth": np.linspace(0.0, 1.0, 5)}, index=index)
