@@ -14,13 +14,12 @@ from itertools import pairwise
 import numpy as np
 
 from preprocess.against_gyro import alike_of, angles_of, lag_of
+from preprocess.chains import Segments
 from preprocess.integrated import Piece, Run, Sensed, in_long_blocks, piece_of, runs_of, sensed, with_own
 from preprocess.less_sure import with_wanders
 from preprocess.told_wanders import OWN, Told, told, told_quick
 from preprocess.trial import FloatArray, Trial
 
-#: Spans of time of one log, s.
-Spans = Sequence[tuple[float, float]]
 #: A wander of the heading of less than this, rad, is as good as none.
 NEGLIGIBLE = 1e-3
 #: Within seconds: shortest block, s, or the heading's own interval, none longer than the second; time constants in
@@ -59,7 +58,7 @@ def turning_wanders(trials: Sequence[Trial]) -> Told:
     return Told(own if own and own.size >= NEGLIGIBLE else None, found.rate)
 
 
-def _timed(headings: Sequence[Sensed], gyros: Sequence[Sensed], segments: Sequence[Spans]) -> list[Run]:
+def _timed(headings: Sequence[Sensed], gyros: Sequence[Sensed], segments: Sequence[Segments]) -> list[Run]:
     """Headings against gyros, once the one is stamped as the other is to within ``LATE``.
 
     What is late by much has more of the motion in it than its rate and the slope of that.

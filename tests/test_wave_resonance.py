@@ -58,7 +58,7 @@ def measured(accelerations, times, seed=0):
 @pytest.mark.parametrize("frequency", [0.75, 2.0])
 @pytest.mark.parametrize("times", [1, 2], ids=["velocities", "positions"])
 def test_a_resonance_is_told_with_its_damping_and_doubt(frequency, times):
-    """A centroid of these is 2 to 4 % too high where a window holds three or four waves."""
+    """Also where a window holds three or four waves, and the band that they show is not even about their frequency."""
     rng = np.random.default_rng(7)
     found = [
         measured(np.column_stack([swinging(frequency, 0.04, rng) for _ in range(2)]), times) for _ in range(8)

@@ -56,7 +56,7 @@ def rounds(
     Raises
     ------
     GivenUp
-        Where what the search is held against ``within`` what it keeps to is out of its reach.
+        Where the search that it is held against (``within``) is out of its reach.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
     fitted = fitted if fitted.is_off else with_wander_known(fitted)

@@ -18,9 +18,10 @@ from validate.error_spectra import TAPERS
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
-#: Damping, as a share of the frequency, with which a search begins, and least and most of it.
+#: Damping, as a share of critical, with which a search begins, and least and most of it.
 BEGUN, DAMPED = 0.05, (0.001, 0.3)
-#: Resonances are reckoned at so many frequencies in one interval of the spectra, and as far as this many beside them.
+#: Resonances are reckoned at so many frequencies in an interval of the spectra (narrower ones would fall between), up to
+#: so many intervals beside the band.
 FINE, BESIDE = 32, 5
 #: Points of a taper.
 POINTS = 128
@@ -46,7 +47,7 @@ class _Peak(NamedTuple):
     order: FloatArray
 
     def spectrum(self, x: FloatArray) -> FloatArray:
-        """The likeliest power (f, c) with logarithms ``x`` (2 + c,) of frequency, damping and shares of the level."""
+        """The likeliest power (f, c) with logarithms ``x`` (2 + c,) of frequency, damping and heights."""
         frequency, damping = np.exp(x[:2])
         across = (frequency / self.fine - self.fine / frequency) / (2.0 * damping)
         shape = (self.fine / frequency)[:, None] ** -self.order / (1.0 + across[:, None] ** 2)
@@ -96,9 +97,7 @@ def _likeliest(peak: _Peak, omega: FloatArray) -> FloatArray:
 
     middle = float(omega[np.argmax(np.sum(mean / peak.level, axis=1))])
     height = np.log(np.maximum(np.max(mean / peak.level, axis=0), 2.0)) + np.log(peak.level.mean(axis=0))
-    least = max(
-        DAMPED[0], (peak.fine[1] - peak.fine[0]) / middle
-    )  # narrower ones fall between the frequencies
+    least = max(DAMPED[0], (peak.fine[1] - peak.fine[0]) / middle)
     bounds = [tuple(np.log(omega[[0, -1]])), tuple(np.log([least, DAMPED[1]]))]
     bounds += [(h - 10.0, h + 10.0) for h in height]
     begin = np.array([np.log(middle), np.log(BEGUN), *height])

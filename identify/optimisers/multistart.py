@@ -16,9 +16,7 @@ from .state import BoolArray, FloatArray, Optimiser, State, StopReason, common, 
 DIFFERENCE = 6e-6  # of central differences, in the unit box: the cube root of the precision
 LENGTHS = np.array([4.0, 1.0, 0.5, 0.2, 0.05, 0.005])  # tried along each direction at once
 SMALLEST_STEP = 1e-11
-SMALLEST_SQUARE = float(
-    np.finfo(float).tiny
-)  # of a change of the gradient: a smaller one may have lost all its digits
+SMALLEST_SQUARE = float(np.finfo(float).tiny)  # of a change of the gradient: below it digits are lost
 SMALLEST_DROP = 1e-15  # of the value in one step, over the spread of the first values
 
 
