@@ -20,8 +20,8 @@ IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Damping, as a share of critical, with which a search begins, and least and most of it.
 BEGUN, DAMPED = 0.05, (0.001, 0.3)
-#: Resonances are reckoned at so many frequencies in an interval of the spectra (narrower ones would fall between), up to
-#: so many intervals beside the band.
+#: Resonances are reckoned at so many frequencies in an interval of the spectra (narrower ones would fall between), and
+#: up to so many intervals beside the band.
 FINE, BESIDE = 32, 5
 #: Points of a taper.
 POINTS = 128
