@@ -48,6 +48,8 @@ def judge(raw: Raw) -> Judged:
     quantum = raw.quantum or resolution(raw.value)
     clips = raw.quantity in CLIPPED
     full = saturated(raw.value, quantum) & ~raw.flagged if clips else np.zeros(len(raw.t), dtype=bool)
+    if raw.reach is not None:
+        full |= ((raw.value < raw.reach[0]) | (raw.value > raw.reach[1])) & ~raw.flagged
     again = repeated(raw.value, quantum) & ~raw.flagged & ~full
     reasons = {"flagged": raw.flagged.sum(), "repeated": again.sum(), "saturated": full.sum()}
     good = ~(raw.flagged | again | full)

@@ -43,6 +43,8 @@ class Raw:
         By how much all times may be early or late together, s: see ``Log.unsure``.
     sender : str, optional
         What sent it, where that is known; see ``ingest.sender``.
+    reach : (least, greatest), optional
+        Beyond these its sensor is at the end of its range, SI, as another sensor tells.
     remarks : tuple of str
         Sentences on what was noticed while it was read.
     """
@@ -59,6 +61,7 @@ class Raw:
     stated: FloatArray | None = None
     unsure: float = 0.0
     sender: str | None = None
+    reach: tuple[float, float] | None = None
     remarks: tuple[str, ...] = ()
 
 

@@ -19,6 +19,7 @@ from preprocess.doubts import doubts
 from preprocess.excitation import with_excitation
 from preprocess.findings import contradiction
 from preprocess.guessed_units import in_one_unit, with_common_units
+from preprocess.gyro_range import within_range
 from preprocess.rarely import require_often
 from preprocess.raw import Raw, read_raw
 from preprocess.receiver import with_velocity_wander
@@ -98,6 +99,8 @@ def make_trials(
     runs = with_common_units(runs, vessel)
     read_as = in_one_unit(inputs, [r.log for r in runs])
     gathered = [gather(run, vessel, read_as, sensors) for run in runs]
+    ranged = within_range([g.sensors for g in gathered])
+    gathered = [replace(g, sensors=s) for g, s in zip(gathered, ranged, strict=True)]
     origin = origin_of(gathered)
     first_utc = next((g.run.log.utc_ns for g in gathered if g.run.log.utc_ns is not None), None)
     local = [in_metres(g, origin) for g in gathered]
