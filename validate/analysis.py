@@ -127,7 +127,7 @@ def analyse(
         for f in ([declared] if after is declared else [declared, after])
     ]
     progress("validate", "what is left", 0.8)
-    diagnosis = diagnose(prepared, outcome, in_windows, waves, materiality) if outcome else None
+    diagnosis = diagnose(prepared, outcome, in_windows, waves, materiality, after) if outcome else None
     predicts = prepared.structure.model.predicts
     tables = prediction_tables(trials, stretches, predicts, runs[0], runs[1])
     progress("validate", "", 1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +13,7 @@ from identify.fitted import FAR, NEAR, Fitted
 from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared
 from identify.report_fit import fitted_effect
+from identify.stretch import Stretch
 from identify.swell import Swell
 from preprocess.cores import side_by_side
 from validate.advice import advice_for
@@ -32,16 +35,24 @@ ASTRAY = 1.0
 
 
 def diagnose(
-    prepared: Prepared, outcome: Outcome, after: Fitted, waves: Swell | None, materiality: float
+    prepared: Prepared,
+    outcome: Outcome,
+    after: Fitted,
+    waves: Swell | None,
+    materiality: float,
+    reported: Fitted | None = None,
 ) -> Diagnosis:
-    """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade."""
+    """Say what the declared model lacks, from the identify logs; the validate logs can only downgrade.
+
+    ``after`` is the fit in windows, ``reported`` the one whose values and predictions are reported where it is another.
+    """
     seen = waves.seen if waves else None
     taken = _taken(outcome) + ((TakenEffect(as_effect(waves), seen.p_value, ()),) if waves and seen else ())
     share, plain = seen.share if seen and not after.problem.swell else {}, without_pushes(after)
     left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, plain).items()}
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t, b) for t, b in zip(outcome.turns, became(outcome), strict=True))
-    undetermined = _undetermined(prepared, plain, left, materiality)
+    undetermined = _undetermined(prepared, without_pushes(reported or after), left, materiality)
     advice = advice_for(verdict, taken, left, outcome, materiality, undetermined)
     return Diagnosis(verdict, taken, rounds, left, advice, materiality)
 
@@ -111,10 +122,16 @@ def _undetermined(
     unseen = on_other_logs(fitted, prepared.validate)
     share = structured_share(unseen, prepared.identify, _as_near(fitted)) if unseen else {}
     off = {c: x for c, x in share.items() if x > materiality >= left[c]}
-    if off or not prepared.validate:
+    if off or not prepared.validate or _whole_logs_are_near(fitted, prepared.validate):
         return off
     whole = over_whole_logs(fitted, prepared.validate, spread_of((*prepared.identify, *prepared.validate)))
     return {c: x for c, x in whole.items() if x > ASTRAY and materiality >= left[c]}
+
+
+def _whole_logs_are_near(fitted: Fitted, stretches: Sequence[Stretch]) -> bool:
+    """Whether whole logs are at the noise with the fit's values: smoothed motion may be off by more than the model."""
+    whole = on_other_logs(replace(fitted, problem=replace(fitted.problem, length=np.inf)), stretches)
+    return whole is not None and whole.chi2_per_dof < _as_near(fitted)
 
 
 def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality: float) -> Verdict:
