@@ -32,6 +32,8 @@ NO_INPUT = re.compile(
     r"mode|metric|satellite|sats|detect|has_|is_|direction$|noutputs|flags|estimat|innov|manual|rates_setpoint|attitude_setpoint",
     re.IGNORECASE,
 )
+#: Values of a joint, and which one's they are.
+JOINT = re.compile(r"(?:position|velocity|effort)(\[\d+\])$")
 #: Units in which an accuracy is stated.
 SI_UNIT = {"position": "m", "velocity": "m/s", "heading": "rad", "yaw_rate": "rad/s"}
 #: Intervals longer than this many mean ones are gaps.
@@ -230,7 +232,7 @@ def named_inputs(log: Log) -> Iterator[Candidate]:
     for topic, table in ((t, log.tables[t]) for t in log.tables if t not in whole):
         for column in map(str, table.columns):
             signal = f"{topic}.{column}" if topic else column
-            named = NUMBERS.sub("", signal)
+            named = NUMBERS.sub("", joint_of(table, column) or signal)
             if column == SOURCE or not INPUT_NAMES.search(named) or NO_INPUT.search(signal):
                 continue
             unit = log.units.get((topic, column), "")
@@ -239,6 +241,13 @@ def named_inputs(log: Log) -> Iterator[Candidate]:
                 if low is not None:
                     said = table.loc[values.notna().to_numpy()]
                     yield Candidate("input", name, unit, None, rate_of(said), low, high)
+
+
+def joint_of(table: pd.DataFrame, column: str) -> str | None:
+    """What a joint is called whose angle, rate or effort a column holds, as in ROS; None of other columns."""
+    place = JOINT.match(column)
+    name = f"name{place[1]}" if place else ""
+    return str(table[name].iloc[0]) if name in table and len(table) else None
 
 
 def elements(signal: str, values: pd.Series) -> Iterator[tuple[str, pd.Series]]:

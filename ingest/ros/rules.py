@@ -104,6 +104,23 @@ def _vector(topic: str, table: pd.DataFrame) -> list[Rule]:
     ]
 
 
+def _joints(topic: str, table: pd.DataFrame) -> list[Rule]:
+    """Rudders by the angle of their joint, propellers by the rate of theirs, where a joint is called so."""
+    rules = []
+    for column in (c for c in map(str, table.columns) if c.startswith("name[")):
+        name, place = str(table[column].iloc[0]) if len(table) else "", column.removeprefix("name")
+        for quantity, called, value, unit in _JOINTS:
+            if f"{value}{place}" in table and re.search(called, name, re.IGNORECASE):
+                rules.append(Rule(quantity, topic, {"value": f"{value}{place}"}, unit, 50))
+    return rules
+
+
+#: Actuators of joint states: quantity, names of joints, which of their values, and its unit by convention.
+_JOINTS = (
+    ("rudder", "rudder", "position", "rad"),
+    ("propeller", "prop|shaft|screw|thruster", "velocity", "rad/s"),
+)
+
 _KINDS = {
     "NavSatFix": _fix,
     "LocationFix": _fix,
@@ -116,4 +133,5 @@ _KINDS = {
     "TwistWithCovarianceStamped": _twist_stamped,
     "QuaternionStamped": _quaternion,
     "Vector3Stamped": _vector,
+    "JointState": _joints,
 }

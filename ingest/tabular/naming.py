@@ -105,13 +105,18 @@ class _Pattern:
 
 _LAT = "lat|latitude|gps_lat|gps_latitude|lat_dd"
 _LON = "lon|lng|long|longitude|gps_lon|gps_lng|gps_longitude|lon_dd"
-_HEADING = (
-    "heading|true_heading|heading_true|gps_heading|hdg|hdt|psi|yaw|yaw_angle|heading_angle|gyro_heading"
+_OF = "((true|gps|gnss|gyro|vessel|ship|boat|est|estimated|filtered|fused)_)*"
+_HEADING = _OF + r"(heading|hdg|psi|yaw)(_(true|t|angle|gps|gnss|est|filtered|fused))*|hdt|thdg"
+_MAGNETIC = (
+    r"(compass|hdm|((compass|magnetic|mag)_)+(heading|hdg|yaw)|(heading|hdg|yaw)_(compass|magnetic|mag|m))"
 )
 _RATE = (
-    "yaw_rate|yawrate|r|rate_of_turn|turn_rate|turning_rate|psi_dot|psidot|yaw_dot|heading_rate|wz|omega_z"
+    _OF
+    + r"(yaw_?rate|yaw_?speed|rate_of_turn|turn_rate|turning_rate|psi_?dot|yaw_?dot|heading_rate|hdg_rate)"
+    "(_(z|gps|gyro|imu|est|filtered))?|r|wz|omega_z"
 )
 _GYRO = "gyro_z|gyr_z|gyrz|gz|angular_velocity_z|imu_gyro_z"
+_SEEN, _FROM = "(apparent|app|relative|rel)", "wind_(angle|direction|dir)"
 _RUDDER = r"(\w+_)?rudder(_\w+)?|delta(_\w+)?"
 _PROPELLER = (
     r"n|n\d|rpm|rps|(\w+_)?(propeller|prop|shaft|engine|motor|screw|thruster)(_\w+)?|(\w+_)(rpm|rps)|n_\w+"
@@ -127,7 +132,7 @@ _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("position", (("north", "x|x_pos|pos_x|x0|position_x"), ("east", "y|y_pos|pos_y|y0|position_y")),
         "m", 40),
     _Pattern("heading", (("value", _HEADING),), "angle", 50),
-    _Pattern("heading", (("value", "compass|compass_heading|magnetic_heading|heading_mag|hdm|mag_heading"),),
+    _Pattern("heading", (("value", _MAGNETIC),),
         "angle", 40,
              (("magnetic", True),)),
     _Pattern("yaw_rate", (("value", _RATE),), "rate", 50),
@@ -142,15 +147,14 @@ _PATTERNS: tuple[_Pattern, ...] = (
     _Pattern("velocity", (("forward", "u|surge|surge_velocity|surge_speed|u_body|vel_surge"),
                           ("starboard", "v|sway|sway_velocity|sway_speed|v_body|vel_sway")), "m/s", 45),
     _Pattern("velocity", (("speed", "sog|speed_over_ground|ground_speed|gps_speed|gs"),
-                          ("course", "cog|course_over_ground|course|track|ground_course|gps_course")),
+                          ("course", "(cog|course_over_ground|course|track|ground_course|gps_course)(_true|_t)?")),
                           "angle", 40),
-    _Pattern("wind", (("speed", "wind_speed|windspeed|tws|true_wind_speed|wind_speed_true"),
-                      ("direction", "wind_direction|wind_dir|winddir|twd|true_wind_direction|wind_from")),
-             "angle", 45, (("reference", "true"),)),
-    _Pattern("wind", (("speed", "aws|wind_speed|apparent_wind_speed|relative_wind_speed|wind_speed_relative"),
+    _Pattern("wind", (("speed", "(true_)?wind_?speed|tws|wind_speed_true"),
                       ("direction",
-                          "awa|wind_angle|apparent_wind_angle|relative_wind_angle|relative_wind_direction"
-                                    "|apparent_wind_direction|wind_direction_relative")),
+                          "(true_)?wind_(direction|dir)|wind_(direction|dir)_true|winddir|twd|wind_from")),
+             "angle", 45, (("reference", "true"),)),
+    _Pattern("wind", (("speed", f"aws|wind_speed|{_SEEN}_wind_speed|wind_speed_{_SEEN}"),
+                      ("direction", f"awa|wind_angle|{_SEEN}_{_FROM}|{_FROM}_{_SEEN}")),
              "angle", 40, (("reference", "relative"),)),
     _Pattern("depth", (("value", "depth|water_depth|depth_below_surface"),), "m", 50),
     _Pattern("rudder", (("value", _RUDDER),), "rudder", 50),
@@ -181,7 +185,8 @@ def sources_of(table: pd.DataFrame, units: Mapping[str, str], topic: str = "") -
     """
     names = {c: split_unit(str(c)) for c in table.columns if pd.api.types.is_numeric_dtype(table[c])}
     stated = {c: units.get(str(c)) or unit for c, (_, unit) in names.items()}
-    rules = [r for p in _PATTERNS for r in _rules(p, names, stated, table, topic)]
+    each = [r for p in _PATTERNS for r in _rules(p, names, stated, table, topic)]
+    rules = list({(r.quantity, *r.fields.items()): r for r in reversed(each)}.values())[::-1]
     if {"packet_counter", "sample_time_fine"} <= {name for name, _ in names.values()}:
         rules = [_upward(rule) for rule in rules]
     return settled(detect(rules, {topic: table}), table)
