@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from identify.drift import Drift
 from identify.effect import Active
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.fitted import Fitted
+from identify.kernel import HEADING
 from identify.parameter_covariance import noise_and_misfit
 from identify.physical import physical_notes
 from identify.prepare import Prepared
@@ -19,7 +21,7 @@ from identify.same_columns import merged_into, merged_words, merging, same_colum
 from identify.slot import Slot
 from identify.structure import Structure
 from identify.term import unit_of
-from identify.wander import wander_shown
+from identify.wander import drifts_shown, wander_shown
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -56,6 +58,7 @@ def make_fit(prepared: Prepared, fitted: Fitted, *, estimator: str, optimiser: s
         *(merged_words(s, told) for s in same),
         *_lead_note(structure, p, covariance),
         *wander_words(wander_shown(fitted.problem)),
+        *compass_words(drifts_shown(fitted.problem)),
     ]
     fit = Fit(
         structure.model.name, structure.vessel, structure.inputs, estimator, optimiser, seed, tuple(told.values()),
@@ -207,6 +210,15 @@ def wander_words(drift: Drift | None) -> list[str]:
     return [
         f"The errors of the positions wander, by about {far:.2g} m in {WITHIN:.0f} s: the model's own predictions show "
         "it where the motion alone did not. What else is missing is judged beside that."
+    ]
+
+
+def compass_words(drifts: Sequence[Drift]) -> list[str]:
+    """What is said of headings whose slow errors a fit knows; nothing where there are none."""
+    return [
+        f"The errors of the headings are slow in part, by no more than those of any compass ({degrees:.1f}°): the fit "
+        "knows of it."
+        for degrees in (math.degrees(d.size) for d in drifts if d.kind == HEADING)
     ]
 
 

@@ -95,15 +95,25 @@ def likeliest_wander(problem: Problem, solution: Solution, reduction: Reduction)
     return Drift(float(seen.sizes[size]), float(TIMES[time]), shown=True)
 
 
+def drifts_shown(problem: Problem) -> tuple[Drift, ...]:
+    """The drifts that the errors of a fit showed; those that were told otherwise are not among them."""
+    return next((tuple(d for d in s.drifts if d.shown) for s in problem.stretches), ())
+
+
 def wander_shown(problem: Problem) -> Drift | None:
     """The drift of the position that the errors of a fit showed; None where none is known, or it was told otherwise."""
-    return next((d for s in problem.stretches for d in s.drifts if d.shown), None)
+    return next((d for d in drifts_shown(problem) if d.kind == kernel.POSITION), None)
 
 
-def in_wander(stretches: Sequence[Stretch], drift: Drift | None) -> tuple[Stretch, ...]:
-    """Stretches with a drift that errors showed in place of any that others did, or with none."""
-    new = () if drift is None else (drift,)
-    return tuple(replace(s, drifts=(*(d for d in s.drifts if not d.shown), *new)) for s in stretches)
+def with_drifts(stretches: Sequence[Stretch], drifts: Sequence[Drift]) -> tuple[Stretch, ...]:
+    """Stretches with drifts that errors showed in place of all that others did."""
+    return tuple(replace(s, drifts=(*(d for d in s.drifts if not d.shown), *drifts)) for s in stretches)
+
+
+def in_wander(problem: Problem, drift: Drift | None) -> tuple[Stretch, ...]:
+    """Stretches with a drift of the position that errors showed, or none, in place of any that others did."""
+    others = [d for d in drifts_shown(problem) if d.kind != kernel.POSITION]
+    return with_drifts(problem.stretches, others if drift is None else [*others, drift])
 
 
 @dataclass(frozen=True)

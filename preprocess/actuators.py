@@ -53,7 +53,7 @@ def read_input(log: Log, declared: Input) -> tuple[Raw, str]:
     values = np.where(aside, np.nan, values)
     raw = Raw(declared.name, t, values, np.zeros(len(t), dtype=bool), source)
     words = (said(declared.name, source.name, column_numbers, aside),) if aside.any() else ()
-    raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0), remarks=words)
+    raw = replace(raw, unsure=log.unsure.get(source.topic, 0.0), ordered=bool(declared.pwm), remarks=words)
     return strictly_increasing(raw), how
 
 

@@ -14,6 +14,8 @@ from preprocess.trial import FloatArray
 
 #: So many times the angle is sought by which a compass deviates.
 ANGLES = 3
+#: Deviation among what every log has alike.
+DEVIATION = slice(3, 7)
 
 
 def angles_of(runs: Sequence[Run]) -> list[FloatArray]:

@@ -17,6 +17,7 @@ from preprocess.doubts import turns_apart
 from preprocess.driven import smooth_heading
 from preprocess.findings import longest_kind, manoeuvres_of, said, without_numbers
 from preprocess.gaps import find_segments, narrowed, widened
+from preprocess.gusts import without_noise
 from preprocess.inertial import with_accelerations
 from preprocess.judge import Judged, judge
 from preprocess.manoeuvres import ANGLES
@@ -254,5 +255,6 @@ def air(j: Judged, made: Measurement, table: pd.DataFrame) -> Measurement:
 
 def _air(made: Measurement, value: FloatArray) -> Measurement:
     good = made.good & np.isfinite(value).all(axis=1)
-    sigma = max((feedback_noise(c) for c in value[good].T), default=0.0)
-    return replace(made, value=value, good=good, sigma=float(sigma))
+    smoothed = value.copy()
+    smoothed[good], sigma = without_noise(made.t[good], value[good])
+    return replace(made, value=smoothed, good=good, sigma=sigma)

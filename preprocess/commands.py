@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from preprocess.feedback import without_noise
 from preprocess.outliers import MAD_TO_SIGMA
 from preprocess.raw import Raw
 from preprocess.rounding import resolution
@@ -32,7 +33,7 @@ def judge_input(raw: Raw) -> Measurement:
     -------
     Measurement
         ``held`` for a command; its noise is then 0. Spikes are set aside only where the values are
-        measured: a thruster got what was sent.
+        measured: a thruster got what was sent. Feedback is freed of its noise, if that is more than rounding.
     """
     step = float(np.median(np.diff(raw.t))) if len(raw.t) > 1 else 0.0
     held = holds(raw.value)
@@ -41,8 +42,12 @@ def judge_input(raw: Raw) -> Measurement:
     spike = spikes(raw.t, raw.value, sigma) if measured else np.zeros(len(raw.t), dtype=bool)
     reasons = {k: int(n) for k, n in (("flagged", raw.flagged.sum()), ("spike", spike.sum())) if n}
     good = ~(raw.flagged | spike)
+    value = raw.value
+    if measured and not raw.ordered and sigma > resolution(value):
+        value = value.copy()
+        value[good] = without_noise(raw.t[good], raw.value[good], sigma)
     return Measurement(
-        raw.quantity, raw.t, raw.value, sigma, good, raw.source.name, reasons, step, held, unsure=raw.unsure
+        raw.quantity, raw.t, value, sigma, good, raw.source.name, reasons, step, held, unsure=raw.unsure
     )
 
 

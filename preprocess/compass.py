@@ -1,4 +1,4 @@
-"""Errors of the heading and of the gyro that wander, told by each other: over all logs, whatever model there is.
+"""Errors of headings and gyros that wander or go with the heading, told by each other, whatever model there is.
 
 A compass's errors drift beside their white part: over minutes (a magnetic field on board) or within seconds (an
 estimator of attitude that filters). A gyro's do as well: its zero moves, and what vibrates is filtered. Both are
@@ -13,8 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from preprocess.against_gyro import alike_of, angles_of, lag_of
+from preprocess.against_gyro import DEVIATION, alike_of, angles_of, lag_of
 from preprocess.chains import Segments
+from preprocess.deviation import Deviation, deviation_of, without_deviation
 from preprocess.integrated import Piece, Run, Sensed, in_long_blocks, piece_of, runs_of, sensed, with_own
 from preprocess.less_sure import with_wanders
 from preprocess.told_wanders import OWN, Told, told, told_quick
@@ -35,27 +36,34 @@ def with_heading_wander(trials: Sequence[Trial]) -> list[Trial]:
     """The trials with the wanders of headings and yaw rates, where they show one, and what follows from them less sure.
 
     A smoothed heading has followed the wander: it and the sway, to which a vessel under way turns it, are less sure.
+    What the compass deviates by is taken off.
     """
-    found = turning_wanders(trials)
-    return [with_wanders(t, {"heading": found.own, "yaw_rate": found.rate}) for t in trials]
+    found, deviation = turning_errors(trials)
+    freed = (without_deviation(t, deviation) for t in trials)
+    return [with_wanders(t, {"heading": found.own, "yaw_rate": found.rate}) for t in freed]
 
 
-def turning_wanders(trials: Sequence[Trial]) -> Told:
-    """The wander of the headings and that of the gyro, by each other; none where none shows, or no log has both."""
+def turning_errors(trials: Sequence[Trial]) -> tuple[Told, Deviation | None]:
+    """The wander of the headings and that of the gyro, by each other, and what the compass deviates by.
+
+    None where none shows, or no log has both.
+    """
     both = [t for t in trials if {"heading", "yaw_rate"} <= set(t.measurements)]
     headings, gyros = ([sensed(t.measurements[k]) for t in both] for k in ("heading", "yaw_rate"))
     runs = _timed(headings, gyros, [t.segments for t in both])
     if not runs:
-        return Told()
+        return Told(), None
     columns = [alike_of(run, angle) for run, angle in zip(runs, angles_of(runs), strict=True)]
-    found = told(in_long_blocks(runs, columns, len(both)), gyros)
+    whole = in_long_blocks(runs, columns, len(both))
+    found = told(whole, gyros)
+    deviation = deviation_of(whole, DEVIATION, found, max(g.missed for g in gyros)) if whole else None
     own, block = found.own, max(QUICKEST, *(s.every for s in (*headings, *gyros)))
     if (own is None or own.time == min(OWN)) and block <= SLOWEST:
         pieces = _in_short_blocks(runs, columns, len(both), block)
         slow = [own.time] if own else []
         quick = told_quick(pieces, [*(block * k for k in QUICK), *slow], found.rate)
         own = quick if quick and quick.time not in slow else own
-    return Told(own if own and own.size >= NEGLIGIBLE else None, found.rate)
+    return Told(own if own and own.size >= NEGLIGIBLE else None, found.rate), deviation
 
 
 def _timed(headings: Sequence[Sensed], gyros: Sequence[Sensed], segments: Sequence[Segments]) -> list[Run]:

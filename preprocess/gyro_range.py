@@ -139,19 +139,19 @@ def _turns(heading: Judged, gyro: Judged, noise: float, greatest: float) -> _Tur
     begin = np.minimum(np.searchsorted(at, t[edges])[:-1], len(at) - 1)
     lasts = np.diff(t[edges])[covered]
     turned, told = (np.diff(x)[covered] / lasts for x in (psi[edges], integral_at(t[edges], at, rate)))
-    ends = (f.reduceat(rate, begin)[covered] for f in (np.minimum, np.maximum))
-    return _Turns(turned, told, *ends, noise * np.sqrt(np.minimum(1.0, often / lasts)))
+    least, most = (f.reduceat(rate, begin)[covered] for f in (np.minimum, np.maximum))
+    return _Turns(turned, told, least, most, noise * np.sqrt(np.minimum(1.0, often / lasts)))
 
 
 def _line(x: FloatArray, y: FloatArray) -> _Line | None:
     """The straight line through points (n,) but for those far from it; None of too few."""
-    keep = np.ones(len(x), dtype=bool)
+    keep: BoolArray = np.ones(len(x), dtype=bool)
     for _ in range(ROUNDS):
         if keep.sum() < TELLING or not np.ptp(x[keep]):
             return None
         line = np.polyfit(x[keep], y[keep], 1)
         left = y - np.polyval(line, x)
-        keep, used = _near(left), keep
+        used, keep = keep, _near(left)
     return _Line(line, _scatter(left[used]), x[used])
 
 

@@ -45,6 +45,8 @@ class Raw:
         What sent it, where that is known; see ``ingest.sender``.
     reach : (least, greatest), optional
         Beyond these its sensor is at the end of its range, SI, as another sensor tells.
+    ordered : bool
+        Of an input: an order that was sent (calibrated pulses), no feedback.
     remarks : tuple of str
         Sentences on what was noticed while it was read.
     """
@@ -62,6 +64,7 @@ class Raw:
     unsure: float = 0.0
     sender: str | None = None
     reach: tuple[float, float] | None = None
+    ordered: bool = False
     remarks: tuple[str, ...] = ()
 
 

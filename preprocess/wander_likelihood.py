@@ -66,6 +66,33 @@ def likeliest(pieces: Sequence[Piece], errors: Errors) -> Likeliest:
     Sizes are counted in the white noise of a block: what the rate's errors do in a piece, and the value's at any time;
     what the rate's white noise adds up to, in what it is taken for.
     """
+    units, variances = _searched(pieces, errors)
+    deviance, noise = _deviance(pieces, units, variances)
+    sizes = iter(np.sqrt(noise * variances))
+    next(sizes)
+    own = float(next(sizes)) if errors.own is not None else 0.0
+    rate = float(next(sizes)) if errors.rate is not None else 0.0
+    return Likeliest(deviance, own, rate, float(np.sqrt(noise)))
+
+
+def columns_of(pieces: Sequence[Piece], errors: Errors) -> tuple[FloatArray, FloatArray]:
+    """How much (k,) of the columns is in the values, and its covariance (k, k), with errors of the likeliest sizes.
+
+    Generalised least squares. What no piece tells is nothing, and its variance infinite.
+    """
+    units, variances = _searched(pieces, errors)
+    _, gram = _products(pieces, units, variances)
+    _, noise = _deviance(pieces, units, variances)
+    information, score, root = _scaled(gram)
+    values, vectors = np.linalg.eigh(information)
+    shown = values > UNTOLD * values[-1]
+    told = vectors[:, shown] / values[shown] @ vectors[:, shown].T
+    untold = np.diag(np.where(np.sum(vectors[:, ~shown] ** 2, axis=1) > 0.5, np.inf, 0.0))
+    return root * (told @ score), noise * told * root * root[:, None] + untold
+
+
+def _searched(pieces: Sequence[Piece], errors: Errors) -> tuple[list[FloatArray], FloatArray]:
+    """Covariances of unit size of each piece, and the likeliest variances in white noise's."""
     parts = _parts(pieces, errors)
     white = [np.diag(1.0 / p.samples) for p in pieces]
     units = [np.array([w, *(part.units[k] for part in parts)]) for k, w in enumerate(white)]
@@ -79,12 +106,7 @@ def likeliest(pieces: Sequence[Piece], errors: Errors) -> Likeliest:
                "xatol": 0.05, "fatol": 0.05, "maxfev": MOST_EVALUATIONS}  # fmt: skip
     bounds = [part.bounds for part in parts]
     best = minimize(objective, begin, method="Nelder-Mead", bounds=bounds, options=options)  # type: ignore[call-overload]
-    _, noise = _deviance(pieces, units, scales * np.exp(2.0 * best.x))
-    sizes = iter(np.sqrt(noise * scales) * np.exp(best.x))
-    next(sizes)
-    own = float(next(sizes)) if errors.own is not None else 0.0
-    rate = float(next(sizes)) if errors.rate is not None else 0.0
-    return Likeliest(float(best.fun), own, rate, float(np.sqrt(noise)))
+    return units, scales * np.exp(2.0 * best.x)
 
 
 def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
@@ -136,6 +158,20 @@ def _deviance(pieces: Sequence[Piece], unit: Sequence[FloatArray], sizes: FloatA
 
     Each piece has a constant of its own.
     """
+    logs, gram = _products(pieces, unit, sizes)
+    information, score, root = _scaled(gram)
+    values, vectors = np.linalg.eigh(information)
+    shown = values > UNTOLD * values[-1]
+    reached = (vectors[:, shown].T @ score) ** 2 / values[shown]
+    free = sum(len(p.t) - 1 for p in pieces) - int(shown.sum())
+    noise = max(float(gram[-1, -1] - reached.sum()) / free, EXACT**2)
+    return float(logs + np.log(values[shown]).sum() - 2.0 * np.log(root).sum() + free * np.log(noise)), noise
+
+
+def _products(
+    pieces: Sequence[Piece], unit: Sequence[FloatArray], sizes: FloatArray
+) -> tuple[float, FloatArray]:
+    """Log determinant of what the pieces' errors are, and the products (k + 1, k + 1) of columns and values by it."""
     logs, gram = 0.0, np.zeros(2 * (pieces[0].columns.shape[1] + 1,))
     for p, parts in zip(pieces, unit, strict=True):
         lower = np.linalg.cholesky(parts[0] + np.einsum("k,kij->ij", sizes, parts[1:]))
@@ -144,12 +180,11 @@ def _deviance(pieces: Sequence[Piece], unit: Sequence[FloatArray], sizes: FloatA
         products = right.T @ right
         logs += 2.0 * np.log(np.diag(lower)).sum() + np.log(products[0, 0])
         gram = gram + products[1:, 1:] - np.outer(products[1:, 0], products[0, 1:]) / products[0, 0]
+    return logs, gram
+
+
+def _scaled(gram: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Information (k, k) of the columns and their score (k,), each column scaled to an information of one by (k,)."""
     information, score = gram[:-1, :-1], gram[:-1, -1]
     root = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    information, score = information * root * root[:, None], score * root
-    values, vectors = np.linalg.eigh(information)
-    shown = values > UNTOLD * values[-1]
-    reached = (vectors[:, shown].T @ score) ** 2 / values[shown]
-    free = sum(len(p.t) - 1 for p in pieces) - int(shown.sum())
-    noise = max(float(gram[-1, -1] - reached.sum()) / free, EXACT**2)
-    return float(logs + np.log(values[shown]).sum() - 2.0 * np.log(root).sum() + free * np.log(noise)), noise
+    return information * root * root[:, None], score * root, root

@@ -14,7 +14,7 @@ from identify.base_fit import fit_from_scratch
 from identify.kernel import HEADING
 from identify.prepare import prepare
 from preprocess import told_wanders
-from preprocess.compass import turning_wanders, with_heading_wander
+from preprocess.compass import turning_errors, with_heading_wander
 from preprocess.wander_likelihood import Likeliest
 from validate.structure_left import structured_share
 
@@ -26,7 +26,7 @@ FILTERED = Sensor(20.0, 0.01, wander=0.01, wander_time=0.8)
 
 
 def heading_wander(trials):
-    return turning_wanders(trials).own
+    return turning_errors(trials)[0].own
 
 
 def sailed(heading=STILL, effects=(), seed=1, logs=LOGS, seconds=90.0):

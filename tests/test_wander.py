@@ -141,7 +141,7 @@ def test_parameters_are_nearer_with_a_drift_that_is_known():
 def test_a_drift_is_told_anew_where_what_was_missing_was_part_of_it():
     truth = with_wander_known(drifting(6.0, 4))
     drift = wander_shown(truth.problem)
-    wrong = in_wander(truth.problem.stretches, replace(drift, size=8.0 * drift.size))
+    wrong = in_wander(truth.problem, replace(drift, size=8.0 * drift.size))
     again = with_wander_anew(replace(truth, problem=replace(truth.problem, stretches=wrong)))
     assert 0.6 < wander_shown(again.problem).size / drift.size < 1.7
 
@@ -150,9 +150,7 @@ def test_a_drift_that_is_no_more_is_forgotten():
     found = fitted()
     known = replace(
         found,
-        problem=replace(
-            found.problem, stretches=in_wander(found.problem.stretches, Drift(0.05, 20.0, shown=True))
-        ),
+        problem=replace(found.problem, stretches=in_wander(found.problem, Drift(0.05, 20.0, shown=True))),
     )
     again = with_wander_anew(known)
     assert wander_shown(again.problem) is None
@@ -161,7 +159,7 @@ def test_a_drift_that_is_no_more_is_forgotten():
 
 def test_other_logs_of_the_same_receiver_drift_as_well():
     found = with_wander_known(drifting(6.0, 4))
-    bare = in_wander(found.problem.stretches[:1], None)
+    bare = in_wander(found.problem, None)[:1]
     other = on_other_logs(found, bare)
     assert wander_shown(other.problem) is not None
 

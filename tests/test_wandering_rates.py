@@ -11,7 +11,7 @@ from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
 from identify.kernel import VELOCITY, YAW_RATE
 from identify.prepare import prepare
-from preprocess.compass import turning_wanders, with_heading_wander
+from preprocess.compass import turning_errors, with_heading_wander
 from preprocess.receiver import moving_wanders, with_velocity_wander
 
 LOGS = ("zigzag", "random", "circle", "zigzag")
@@ -33,7 +33,7 @@ def added(size, time):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_gyro_that_wanders_is_told_from_a_compass_that_does(seed):
-    found = turning_wanders(sailed(GYRO, seed=seed))
+    found = turning_errors(sailed(GYRO, seed=seed))[0]
     assert found.own is None
     assert added(found.rate.size, found.rate.time) / added(0.005, 5.0) == pytest.approx(1.0, abs=0.7)
 
@@ -44,7 +44,7 @@ def test_a_compass_that_wanders_is_not_held_for_a_gyro_that_does_nor_for_what_th
     """A gyro's noise adds up faster than its samples say by no more than they bend."""
     compass = Sensor(10.0, 0.006, wander=0.006, wander_time=35.0)
     suite = replace(Suite(), heading=compass, yaw_rate=Sensor(rate, noise), shared_attitude=False)
-    found = turning_wanders(trials_of("patrol", LOGS, 240.0, seed, validate=0, suite=suite)[1])
+    found = turning_errors(trials_of("patrol", LOGS, 240.0, seed, validate=0, suite=suite)[1])[0]
     assert found.rate is None
     assert found.own.size == pytest.approx(0.006, rel=0.6)
 
@@ -59,7 +59,7 @@ def test_a_velocity_that_is_filtered_is_told_by_the_positions(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_white_does_not_wander(seed):
     trials = sailed(Sensor(20.0, 0.003), CALM, seed=seed)
-    assert turning_wanders(trials).rate is None
+    assert turning_errors(trials)[0].rate is None
     assert moving_wanders(trials).rate is None
     assert with_velocity_wander(trials) == list(trials)
 

@@ -8,7 +8,7 @@ from functools import partial
 from identify.base_fit import fit_from_scratch, tried
 from identify.prepare import Prepared
 from identify.structure import effects_alone
-from identify.wander import in_wander, wander_shown
+from identify.wander import drifts_shown, with_drifts
 from validate.loop import searched_on
 from validate.outcome import Outcome
 from validate.pace import Pace
@@ -28,7 +28,7 @@ def grown(prepared: Prepared, found: Outcome, pace: Pace) -> Outcome | None:
         return None
     structure = replace(prepared.structure, actives=beside)
     p = effects_alone(structure, structure.carried(old.p, old.structure))
-    stretches = in_wander(in_swell(prepared.identify, problem.swell), wander_shown(problem))
+    stretches = with_drifts(in_swell(prepared.identify, problem.swell), drifts_shown(problem))
     fitted = tried(partial(fit_from_scratch, structure, stretches, p, length=problem.length))
     if fitted is None or fitted.is_off:
         return None

@@ -20,7 +20,7 @@ from identify.regression import coefficient_scales, start_by_regression
 from identify.settled import settled
 from identify.stretch import Stretch
 from identify.taken_order import as_in
-from identify.wander import in_wander, wander_shown
+from identify.wander import drifts_shown, with_drifts
 from identify.windows import Problem, cut
 from validate.search_ends import total
 
@@ -152,4 +152,4 @@ def _with_noise_of(problem: Problem, stretch: Stretch) -> Stretch:
     for k in np.intersect1d(own.kind, kind):
         factor[k] = np.median(sigma[kind == k]) / np.median(own.sigma[own.kind == k])
     noisy = stretch.weighted(own.sigma * factor[own.kind], factor)
-    return replace(in_wander([noisy], wander_shown(problem))[0], swell=problem.swell)
+    return replace(with_drifts([noisy], drifts_shown(problem))[0], swell=problem.swell)

@@ -20,6 +20,7 @@ from validate.pruning import pruned
 from validate.pushes import with_pushes_anew, with_pushes_known
 from validate.refits import under
 from validate.sizes import at_likeliest_size
+from validate.slight_compass import with_slight_compass_known
 from validate.swell import with_waves_known, without_waves
 from validate.swing_scan import swings
 from validate.wander import with_wander_anew, with_wander_known
@@ -59,7 +60,7 @@ def rounds(
         Where the search that it is held against (``within``) is out of its reach.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
-    fitted = fitted if fitted.is_off else with_wander_known(fitted)
+    fitted = with_slight_compass_known(fitted) if fitted.is_off else with_wander_known(fitted)
     while fitted.chi2_per_dof > enough:
         if within.first.is_out_of_reach(fitted, stuck=False):
             raise GivenUp

@@ -46,7 +46,7 @@ def with_wander_anew(fitted: Fitted) -> Fitted:
     if wander_shown(fitted.problem) is None:
         return fitted
     bare = calibrated(
-        replace(fitted.problem, stretches=in_wander(fitted.problem.stretches, None)), fitted.solution
+        replace(fitted.problem, stretches=in_wander(fitted.problem, None)), fitted.solution
     )
     without = under(bare, fitted, STEPS)
     without = under(calibrated_anew(bare, without.solution), without, STEPS)
@@ -58,7 +58,7 @@ def with_wander_anew(fitted: Fitted) -> Fitted:
 
 def _drifting(fitted: Fitted, drift: Drift) -> Fitted:
     """The fit gone on with where a drift of the position is known."""
-    return knowing(fitted, replace(fitted.problem, stretches=in_wander(fitted.problem.stretches, drift)))
+    return knowing(fitted, replace(fitted.problem, stretches=in_wander(fitted.problem, drift)))
 
 
 def _position_slow(fitted: Fitted) -> float:
