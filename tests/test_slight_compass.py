@@ -7,26 +7,21 @@ from functools import cache
 
 import numpy as np
 import pytest
+from drifting_samples import fitted_to_drifts
 from identification_samples import trials_of
-from scipy.signal import lfilter
 
 from fixtures.sensors import Sensor, Suite
-from identify.base_fit import window_length
-from identify.first_states import first_states
-from identify.fitted import Fitted
 from identify.kernel import HEADING
-from identify.noise import calibrated
-from identify.output_error import solve
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import compass_words
 from identify.wander import drifts_shown, wander_shown, with_drifts
-from identify.windows import cut
 from validate.other_logs import on_other_logs
 from validate.slight_compass import ANY_COMPASS, GROWN, LASTING, with_slight_compass_known
 from validate.wander import with_wander_anew
 
-EXACT = replace(Suite(), heading=Sensor(10.0, 0.001), shared_attitude=False)
+NOISE = 0.001
+EXACT = replace(Suite(), heading=Sensor(10.0, NOISE), shared_attitude=False)
 
 
 @cache
@@ -36,27 +31,9 @@ def fitted():
 
 
 @cache
-def drifting(size, seed=1):
-    """The same logs with headings that are slowly off, fitted again."""
-    found, rng = fitted(), np.random.default_rng(seed)
-    stretches = tuple(replace(s, samples=drifted(s.samples, size, rng)) for s in found.problem.stretches)
-    structure = found.solution.structure
-    problem = cut(stretches, window_length(structure.vessel.length)).weighted_as(found.problem)
-    solution = solve(problem, structure, found.solution.p, first_states(problem), found.prior, budget=8)
-    for _ in range(2):
-        problem = calibrated(problem, solution)
-        solution = solve(problem, structure, solution.p, solution.first, found.prior, budget=5)
-    return Fitted(problem, found.prior, solution)
-
-
-def drifted(samples, size, rng):
-    mine = samples.kind == HEADING
-    keep = np.exp(-np.median(np.diff(samples.t[mine])) / LASTING)
-    steps = rng.standard_normal(mine.sum()) * np.sqrt(1.0 - keep**2)
-    steps[0] /= np.sqrt(1.0 - keep**2)
-    value = samples.value.copy()
-    value[mine, 0] += size * lfilter([1.0], [1.0, -keep], steps)
-    return replace(samples, value=value)
+def drifting(size):
+    """The same logs with headings that are slowly off by a size, rad, fitted again."""
+    return fitted_to_drifts(fitted(), HEADING, size / NOISE, LASTING, 1)
 
 
 def test_headings_that_err_by_chance_are_left_as_they_are():

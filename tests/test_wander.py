@@ -6,22 +6,16 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from drifting_samples import fitted_to_drifts
 from identification_samples import trials_of
-from scipy.signal import lfilter
 
-from identify.base_fit import window_length
 from identify.drift import Drift
-from identify.first_states import first_states
-from identify.fitted import Fitted
 from identify.kernel import POSITION
-from identify.noise import calibrated
-from identify.output_error import solve
 from identify.parameter_covariance import covariance_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import wander_words
 from identify.wander import Reduction, in_wander, moved_by_wander, wander_shown
-from identify.windows import cut
 from validate.other_logs import on_other_logs
 from validate.wander import with_wander_anew, with_wander_known
 
@@ -36,25 +30,7 @@ def fitted():
 
 def drifting(size, seed):
     """The same logs with positions that drift as a satellite receiver's do, fitted again."""
-    found, rng = fitted(), np.random.default_rng(seed)
-    stretches = tuple(replace(s, samples=drifted(s.samples, size, rng)) for s in found.problem.stretches)
-    structure = found.solution.structure
-    problem = cut(stretches, window_length(structure.vessel.length)).weighted_as(found.problem)
-    solution = solve(problem, structure, found.solution.p, first_states(problem), found.prior, budget=8)
-    for _ in range(2):
-        problem = calibrated(problem, solution)
-        solution = solve(problem, structure, solution.p, solution.first, found.prior, budget=5)
-    return Fitted(problem, found.prior, solution)
-
-
-def drifted(samples, size, rng):
-    mine = samples.kind == POSITION
-    keep = np.exp(-np.median(np.diff(samples.t[mine])) / TIME)
-    steps = rng.standard_normal((mine.sum(), 2)) * np.sqrt(1.0 - keep**2)
-    steps[0] /= np.sqrt(1.0 - keep**2)
-    value = samples.value.copy()
-    value[mine] += size * samples.sigma[mine, None] * lfilter([1.0], [1.0, -keep], steps, axis=0)
-    return replace(samples, value=value)
+    return fitted_to_drifts(fitted(), POSITION, size, TIME, seed)
 
 
 def coefficients(found):
