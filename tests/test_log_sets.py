@@ -98,3 +98,17 @@ def test_choices_of_logs_count_against_what_is_in_some_logs_alone():
     assert many.pop("current") == few.pop("current")
     assert few.keys() == many.keys() != set()
     assert all(many[label] < few[label] - 3.0 for label in few)
+
+
+def test_information_that_rounding_leaves_below_nothing_promises_nothing():
+    """Of a parameter that says what others say as well, in large units: its scale overflowed."""
+    each = in_each(3, 2, 5, True)
+    matrix, score = each.matrix.copy(), each.score.copy()
+    matrix[:, 1], matrix[:, :, :, 1], score[:, 1] = 0.0, 0.0, 1.0
+    matrix[0, 1, 0, 1] = -1e9
+    spoilt = InEach(matrix, score, each.up, each.down)
+    alone = InEach(each.matrix[:, :1, :, :1], each.score[:, :1], each.up[:1], each.down[:1])
+    for some in product((False, True), repeat=3):
+        chosen = np.array(some)
+        assert spoilt.gain(chosen) == pytest.approx(alone.gain(chosen))
+    assert spoilt.likeliest().shape == (3,)

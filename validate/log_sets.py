@@ -27,6 +27,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 FEWEST = 3
 #: Of many logs the choice grows from the best of so many single ones.
 BEGINNINGS = 3
+#: Less information than this is none that was rounded.
+TINY = 1e-100
 #: Of up to so many logs every choice is looked at, and counts as one that was tried; of more no more than that.
 MOST_COUNTED = 10
 
@@ -49,7 +51,8 @@ class InEach:
         if some.all() or not some.any():
             return 0.0
         matrix, score = self.matrix[some][:, :, some].sum(axis=(0, 2)), self.score[some].sum(axis=0)
-        size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        told = np.diag(matrix)
+        size = np.where(told > 0.0, 1.0 / np.sqrt(np.maximum(told, TINY)), 0.0)  # rounding may leave less than none
         scaled = FirstOrder(matrix * size * size[:, None], score * size, self.up, self.down, 0.0)
         return scaled.gain(np.arange(len(size)))
 
