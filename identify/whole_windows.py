@@ -41,15 +41,33 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
 
 def _over_whole_logs(fitted: Fitted) -> Fitted:
     """The same, made anew."""
-    whole = len(fitted.problem.windows) == len(fitted.problem.stretches)
-    if whole or fitted.chi2_per_dof > NEAR or fitted.problem.hides:
+    if _is_whole(fitted) or fitted.chi2_per_dof > NEAR:
         return fitted
+    found = as_a_whole(fitted)
+    at_noise = found is not None and found.chi2_per_dof < NEAR and found.problem.inflation.max() < NEAR
+    return found if found and at_noise else fitted
+
+
+def as_a_whole(fitted: Fitted) -> Fitted | None:
+    """The fit gone on with over whole logs, whatever it comes to; None where it runs away, or anything is hidden."""
+    return fitted.remembered(_as_a_whole)
+
+
+def _as_a_whole(fitted: Fitted) -> Fitted | None:
+    """The same, made anew."""
+    if _is_whole(fitted):
+        return fitted
+    if fitted.problem.hides:
+        return None
     problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
     structure, first = fitted.solution.structure, first_states(problem)
     solution = solve(problem, structure, fitted.solution.p, first, fitted.prior, budget=15)
     if not np.isfinite(solution.cost):
-        return fitted
+        return None
     problem = calibrated(problem, solution)
     solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
-    found = Fitted(problem, fitted.prior, solution)
-    return found if found.chi2_per_dof < NEAR and problem.inflation.max() < NEAR else fitted
+    return Fitted(problem, fitted.prior, solution)
+
+
+def _is_whole(fitted: Fitted) -> bool:
+    return len(fitted.problem.windows) == len(fitted.problem.stretches)

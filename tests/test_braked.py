@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -55,49 +55,11 @@ def test_what_the_logs_leave_open_does_not_drive(driven):
     assert braked(slowed) is slowed
 
 
-@dataclass(frozen=True)
-class SimpleWindows:
-    length: float
-
-
-@dataclass(frozen=True)
-class WindowedFit:
-    chi2_per_dof: float
-    problem: SimpleWindows
-
-
 def test_what_the_logs_insist_on_stays(driven):
     fitted, k = driven
     here = np.arange(len(fitted.solution.p)) == k
     told = replace(fitted, prior=fitted.prior.holding(fitted.solution.p, here))
     assert braked(told) is told
-
-
-@pytest.mark.parametrize(("whole", "told"), [(None, {"u": 19.0}), (SimpleNamespace(chi2_per_dof=1.01), {})])
-def test_whole_logs_that_run_away_are_owned_up_to_unless_what_the_sensors_show_of_them_is_at_the_noise(
-    monkeypatch, whole, told
-):
-    """Positions that wander make the smoothed velocity of a log that is hardly off itself look far off."""
-    prepared = SimpleNamespace(identify=(), validate=("log",))
-    fitted = WindowedFit(1.0, SimpleWindows(30.0))
-    monkeypatch.setattr(verdict, "on_other_logs", lambda f, _: whole if f.problem.length == np.inf else None)
-    monkeypatch.setattr(verdict, "spread_of", lambda _: np.ones(3))
-    monkeypatch.setattr(verdict, "over_whole_logs", lambda *_: {"u": 19.0, "v": 0.3, "r": 1.2})
-    assert verdict._undetermined(prepared, fitted, {"u": 0.0, "v": 0.0, "r": 0.2}, 0.1) == told
-
-
-def test_what_is_said_of_unseen_logs_is_of_the_values_that_are_reported(monkeypatch):
-    """Those in windows may run away where those of whole logs do not."""
-    asked = []
-    for name, found in (("_left", {"u": 0.0}), ("_taken", ()), ("advice_for", "")):
-        monkeypatch.setattr(verdict, name, lambda *_, found=found: found)
-    monkeypatch.setattr(verdict, "_undetermined", lambda _p, fitted, *_: asked.append(fitted) or {})
-    monkeypatch.setattr(verdict, "without_pushes", lambda fitted: fitted)
-    monkeypatch.setattr(verdict, "became", lambda _: ())
-    windows = SimpleNamespace(problem=SimpleNamespace(swell=None))
-    for reported in ("reported", None):
-        verdict.diagnose(None, SimpleNamespace(turns=()), windows, None, 0.1, reported)
-    assert asked == ["reported", windows]
 
 
 @pytest.mark.parametrize(("off", "said"), [(True, {"u": 3.2}), (False, {})])

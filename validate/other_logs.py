@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
-from identify.base_fit import fit_from_scratch, tried
+from identify.base_fit import fit_from_scratch, tried, window_length
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
@@ -83,9 +83,10 @@ def _begun_anew(fitted: Fitted, both: Problem, prior: Prior) -> list[Solution]:
     to where the others are followed, and another not.
     """
     structure, p = fitted.solution.structure, fitted.solution.p
+    length = both.length if np.isfinite(both.length) else window_length(structure.vessel.length)
     found = []
     for stretches in (fitted.problem.stretches, both.stretches):
-        anew = tried(partial(fit_from_scratch, structure, stretches, p, length=both.length, rounds=0))
+        anew = tried(partial(fit_from_scratch, structure, stretches, p, length=length, rounds=0))
         if anew is not None:
             begin = anew.solution.p
             first = settled(both, structure, begin).first

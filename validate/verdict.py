@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import TypeGuard
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from identify.fitted import FAR, NEAR, Fitted
 from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared
 from identify.report_fit import fitted_effect
-from identify.stretch import Stretch
 from identify.swell import Swell
+from identify.whole_windows import as_a_whole
 from preprocess.cores import side_by_side
 from validate.advice import advice_for
 from validate.became import Became, became
@@ -49,10 +49,13 @@ def diagnose(
     seen = waves.seen if waves else None
     taken = _taken(outcome) + ((TakenEffect(as_effect(waves), seen.p_value, ()),) if waves and seen else ())
     share, plain = seen.share if seen and not after.problem.swell else {}, without_pushes(after)
-    left = {c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, plain).items()}
+    told = without_pushes(reported or after)
+    left = {
+        c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, plain, told).items()
+    }
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t, b) for t, b in zip(outcome.turns, became(outcome), strict=True))
-    undetermined = _undetermined(prepared, without_pushes(reported or after), left, materiality)
+    undetermined = _undetermined(prepared, told, left, materiality)
     advice = advice_for(verdict, taken, left, outcome, materiality, undetermined)
     return Diagnosis(verdict, taken, rounds, left, advice, materiality)
 
@@ -66,13 +69,18 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
     )
 
 
-def _left(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
+def _left(prepared: Prepared, fitted: Fitted, reported: Fitted) -> dict[str, float]:
     """The largest of what is left on the logs of the fit, over them as a whole, and on those that validate."""
-    own, other = side_by_side(
-        lambda share: share(), (partial(structured_share, fitted), partial(_left_unseen, prepared, fitted))
+    own, *others = side_by_side(
+        lambda share: share(),
+        (
+            partial(structured_share, fitted),
+            partial(_left_unseen, prepared, fitted),
+            partial(_left_over_whole_unseen, prepared, reported),
+        ),
     )
-    whole = _left_astray(prepared, fitted)
-    return {c: max(own[c], whole.get(c, 0.0), other.get(c, 0.0)) for c in own}
+    others.append(_left_astray(prepared, fitted))
+    return {c: max(own[c], *(other.get(c, 0.0) for other in others)) for c in own}
 
 
 def _left_astray(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
@@ -101,6 +109,24 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     return over_whole_logs(fitted, prepared.validate, spread)
 
 
+def _left_over_whole_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
+    """What is left on unseen logs as a whole, where the fit's own are at the noise as a whole.
+
+    Over windows first states that are free in each may follow what is missing where a rich model's wild values do not.
+    Values follow as far as the fit's own logs leave them open.
+    """
+    own = as_a_whole(fitted) if prepared.validate and not fitted.is_off else None
+    if not _is_near(own, fitted) or _is_near(shown := on_other_logs(own, prepared.validate), fitted):
+        return {}
+    followed = with_other_logs(own, prepared.validate) if shown else None
+    return structured_share(followed, prepared.identify, _as_near(fitted)) if followed else {}
+
+
+def _is_near(found: Fitted | None, fitted: Fitted) -> TypeGuard[Fitted]:
+    """Whether a fit, on other logs or as a whole, is as near the noise as another is over its windows."""
+    return found is not None and found.chi2_per_dof < _as_near(fitted)
+
+
 def _as_near(fitted: Fitted) -> float:
     """Below what cost per degree of freedom other logs are as near the noise as the fit's own.
 
@@ -122,16 +148,17 @@ def _undetermined(
     unseen = on_other_logs(fitted, prepared.validate)
     share = structured_share(unseen, prepared.identify, _as_near(fitted)) if unseen else {}
     off = {c: x for c, x in share.items() if x > materiality >= left[c]}
-    if off or not prepared.validate or _whole_logs_are_near(fitted, prepared.validate):
+    if off or not prepared.validate:
         return off
-    whole = over_whole_logs(fitted, prepared.validate, spread_of((*prepared.identify, *prepared.validate)))
-    return {c: x for c, x in whole.items() if x > ASTRAY and materiality >= left[c]}
-
-
-def _whole_logs_are_near(fitted: Fitted, stretches: Sequence[Stretch]) -> bool:
-    """Whether whole logs are at the noise with the fit's values: smoothed motion may be off by more than the model."""
-    whole = on_other_logs(replace(fitted, problem=replace(fitted.problem, length=np.inf)), stretches)
-    return whole is not None and whole.chi2_per_dof < _as_near(fitted)
+    whole = on_other_logs(replace(fitted, problem=replace(fitted.problem, length=np.inf)), prepared.validate)
+    if whole is None:  # they run away
+        spread = spread_of((*prepared.identify, *prepared.validate))
+        share = over_whole_logs(fitted, prepared.validate, spread)
+        return {c: x for c, x in share.items() if x > ASTRAY and materiality >= left[c]}
+    if fitted.is_off or not _is_near(as_a_whole(fitted), fitted):
+        return {}
+    share = structured_share(whole, prepared.identify, _as_near(fitted))
+    return {c: x for c, x in share.items() if x > materiality >= left[c]}
 
 
 def _verdict(taken: tuple[TakenEffect, ...], left: dict[str, float], materiality: float) -> Verdict:

@@ -45,9 +45,7 @@ def with_wander_anew(fitted: Fitted) -> Fitted:
     """
     if wander_shown(fitted.problem) is None:
         return fitted
-    bare = calibrated(
-        replace(fitted.problem, stretches=in_wander(fitted.problem, None)), fitted.solution
-    )
+    bare = calibrated(replace(fitted.problem, stretches=in_wander(fitted.problem, None)), fitted.solution)
     without = under(bare, fitted, STEPS)
     without = under(calibrated_anew(bare, without.solution), without, STEPS)
     if not _position_slow(without) > SLOW and not without.is_off:

@@ -1,0 +1,78 @@
+"""What is said of unseen logs as a whole: that nothing follows them, that the values are not known, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from validate import verdict
+
+
+@dataclass(frozen=True)
+class Windows:
+    length: float
+
+
+@dataclass(frozen=True)
+class WindowedFit:
+    chi2_per_dof: float
+    problem: Windows
+    is_off: bool = False
+
+
+def whole_fit(chi2_per_dof):
+    return None if chi2_per_dof is None else WindowedFit(chi2_per_dof, Windows(np.inf))
+
+
+@pytest.mark.parametrize(
+    ("whole", "own", "told"),
+    [(None, 1.0, {"u": 19.0}), (1.01, 1.0, {}), (2.0, 1.0, {"u": 0.4}), (2.0, 1.5, {})],
+    ids=["run away", "at the noise", "off it", "as their own are"],
+)
+def test_whole_unseen_logs_that_values_do_not_predict_are_owned_up_to(monkeypatch, whole, own, told):
+    """Unless what the sensors show of them is at the noise (positions that wander make smoothed velocities look far
+    off), or the fit's own logs are off as a whole too.
+    """
+    prepared = SimpleNamespace(identify=(), validate=("log",))
+    found, share = whole_fit(whole), {"u": 0.4 if whole == 2.0 else 0.0, "v": 0.0, "r": 0.2}
+    monkeypatch.setattr(verdict, "on_other_logs", lambda f, _: found if f.problem.length == np.inf else None)
+    monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole_fit(own))
+    monkeypatch.setattr(verdict, "spread_of", lambda _: np.ones(3))
+    monkeypatch.setattr(verdict, "over_whole_logs", lambda *_: {"u": 19.0, "v": 0.3, "r": 1.2})
+    monkeypatch.setattr(verdict, "structured_share", lambda *_: share)
+    fitted = WindowedFit(1.0, Windows(30.0))
+    assert verdict._undetermined(prepared, fitted, {"u": 0.0, "v": 0.0, "r": 0.2}, 0.1) == told
+
+
+@pytest.mark.parametrize(
+    ("own", "shown", "left"),
+    [(1.0, 4.0, {"v": 0.5}), (1.0, 1.05, {}), (1.4, 4.0, {}), (1.0, None, {}), (None, 4.0, {})],
+    ids=["not followed", "at the noise", "own off as well", "run away", "own run away"],
+)
+def test_whole_unseen_logs_that_no_values_follow_while_the_fit_s_own_are_at_the_noise_are_left(
+    monkeypatch, own, shown, left
+):
+    """A rich model bends to what is missing; first states that are free in every window hide how far."""
+    prepared = SimpleNamespace(identify=("log",), validate=("other",))
+    monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole_fit(own))
+    for name in ("on_other_logs", "with_other_logs"):
+        monkeypatch.setattr(verdict, name, lambda *_: whole_fit(shown))
+    monkeypatch.setattr(verdict, "structured_share", lambda *_: {"v": 0.5})
+    assert verdict._left_over_whole_unseen(prepared, WindowedFit(1.0, Windows(30.0))) == left
+
+
+def test_what_is_said_of_unseen_logs_is_of_the_values_that_are_reported(monkeypatch):
+    """Those in windows may run away where those of whole logs do not."""
+    asked = []
+    for name, found in (("_left", {"u": 0.0}), ("_taken", ()), ("advice_for", "")):
+        monkeypatch.setattr(verdict, name, lambda *_, found=found: found)
+    monkeypatch.setattr(verdict, "_undetermined", lambda _p, fitted, *_: asked.append(fitted) or {})
+    monkeypatch.setattr(verdict, "without_pushes", lambda fitted: fitted)
+    monkeypatch.setattr(verdict, "became", lambda _: ())
+    windows = SimpleNamespace(problem=SimpleNamespace(swell=None))
+    for reported in ("reported", None):
+        verdict.diagnose(None, SimpleNamespace(turns=()), windows, None, 0.1, reported)
+    assert asked == ["reported", windows]
