@@ -29,6 +29,8 @@ TELLING, FASTER, CLEAR = 8, 0.15, 6.0
 NORMAL, MEDIAN = 1.4826, 1.2533
 #: Pieces that are farther from their line than so many standard deviations are left out of it, so often.
 FAR, ROUNDS = 3.0, 4
+#: The range of a gyro that shows all.
+EVERYWHERE = (-np.inf, np.inf)
 
 _Both = tuple[Judged, Judged]
 
@@ -44,6 +46,9 @@ class _Turns(NamedTuple):
     least: FloatArray
     greatest: FloatArray
     noise: FloatArray
+
+
+NO_TURNS = _Turns(*[np.zeros(0)] * 5)
 
 
 class _Line(NamedTuple):
@@ -88,26 +93,32 @@ def _limited(log: Mapping[str, Raw], reach: Mapping[str, tuple[float, float]]) -
 def _reach(logs: Sequence[_Both]) -> tuple[float, float]:
     """Yaw rates beyond which a gyro shows none, rad/s; infinite where it shows as much as there is."""
     noise = max(feedback_noise(gyro.raw.value.ravel()) for _, gyro in logs)
+    turns = _of_all(logs, noise)
+    return _ends(turns, SCATTER * noise) if len(turns.gyro) >= 2 * TELLING else EVERYWHERE
+
+
+def _of_all(logs: Sequence[_Both], noise: float) -> _Turns:
+    """The pieces of all logs; none where noise is all that the gyro shows."""
     values = np.concatenate([gyro.raw.value[gyro.good].ravel() for _, gyro in logs])
     greatest = float(np.quantile(np.abs(values), 1.0 - END)) if len(values) else 0.0
-    everywhere = (-np.inf, np.inf)
     if greatest <= SCATTER * noise:
-        return everywhere
+        return NO_TURNS
     each = [_turns(*both, noise, greatest) for both in logs]
-    turns = _Turns(*(np.concatenate(x) for x in zip(*each, strict=True)))
-    if len(turns.gyro) < 2 * TELLING:
-        return everywhere
-    scatter = SCATTER * float(np.median(turns.noise))
-    low, high = -_end(-turns.gyro, scatter), _end(turns.gyro, scatter)
-    least, most = low + SCATTER * noise, high - SCATTER * noise
-    inside = (turns.least > least) & (turns.greatest < most)
+    return _Turns(*(np.concatenate(x) for x in zip(*each, strict=True)))
+
+
+def _ends(turns: _Turns, scatter: float) -> tuple[float, float]:
+    """Where a gyro whose samples ``scatter`` about its limits shows no more, though the heading turns faster."""
+    near = SCATTER * float(np.median(turns.noise))
+    low, high = -_end(-turns.gyro, near), _end(turns.gyro, near)
+    inside = (turns.least > low + scatter) & (turns.greatest < high - scatter)
     line = _line(turns.gyro[inside], turns.heading[inside])
     if line is None:
-        return everywhere
-    at = [turns.heading[np.abs(turns.gyro - end) < scatter] for end in (low, high)]
+        return EVERYWHERE
+    lowest, highest = (turns.heading[np.abs(turns.gyro - end) < near] for end in (low, high))
     return (
-        least if _is_faster(-at[0], -low, line.mirrored()) else -np.inf,
-        most if _is_faster(at[1], high, line) else np.inf,
+        low + scatter if _is_faster(-lowest, -low, line.mirrored()) else -np.inf,
+        high - scatter if _is_faster(highest, high, line) else np.inf,
     )
 
 
@@ -130,12 +141,12 @@ def _turns(heading: Judged, gyro: Judged, noise: float, greatest: float) -> _Tur
     t, psi = heading.raw.t[heading.good], heading.raw.value[heading.good].ravel()
     at, rate = gyro.raw.t[gyro.good], gyro.raw.value[gyro.good].ravel()
     if min(len(t), len(at)) < TELLING:
-        return _Turns(*[np.zeros(0)] * 5)
+        return NO_TURNS
     every, often = (float(np.median(np.diff(x))) for x in (t, at))
     lasting = max(HEADINGS * every, 2.0 * often, np.sqrt(2.0) * feedback_noise(psi) / (ERRS * greatest))
     edges, covered = pieces(t, at, lasting, 1.5 * lasting + every, 1)
     if not covered.any():
-        return _Turns(*[np.zeros(0)] * 5)
+        return NO_TURNS
     begin = np.minimum(np.searchsorted(at, t[edges])[:-1], len(at) - 1)
     lasts = np.diff(t[edges])[covered]
     turned, told = (np.diff(x)[covered] / lasts for x in (psi[edges], integral_at(t[edges], at, rate)))
