@@ -11,6 +11,7 @@ import numpy as np
 from identify.averaged import words_of
 from identify.drift import Drift
 from identify.effect import Active
+from identify.effects.actuators import ACTUATOR_OFFSET
 from identify.fit import Estimated, Fit, FittedEffect
 from identify.fitted import Fitted
 from identify.kernel import HEADING
@@ -114,6 +115,7 @@ def fitted_effect(
     active = structure.actives[index]
     mine = [k for k, s in enumerate(structure.slots) if s.effect == index]
     names, values, jacobian = _reported(active, structure, p, mine)
+    values = _within_a_turn(active, structure, values)
     variance = jacobian @ covariance @ jacobian.T
     if active.effect.input_delay and structure.input_lead is not None and not structure.lead_is_free:
         variance = variance + structure.input_lead[1] ** 2 * np.eye(len(variance))
@@ -126,6 +128,14 @@ def fitted_effect(
     )
     options = {k: list(v) if isinstance(v, tuple) else v for k, v in active.variant.options.items()}
     return FittedEffect(active.effect.name, active.variant.input, parameters, options), jacobian
+
+
+def _within_a_turn(active: Active, structure: Structure, values: FloatArray) -> FloatArray:
+    """Values (k,) of an effect, the offset of an azimuth no more than half a turn either way."""
+    turned = [i for i in structure.inputs if i.name == active.variant.input and i.kind == "azimuth"]
+    if active.effect is not ACTUATOR_OFFSET or not turned:
+        return values
+    return np.asarray(np.angle(np.exp(1j * values)), dtype=float)
 
 
 def _by_inverse(active: Active, names: list[str], values: FloatArray, variance: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identify.fitted import Fitted
 from validate.look_alikes import Standing, standing
@@ -11,6 +11,7 @@ from validate.pace import Pace
 from validate.pruning import searched
 from validate.rounds import Turn
 from validate.runners_up import runners_up
+from validate.turned_round import same_wiring
 from validate.wiring import Wiring
 
 
@@ -39,5 +40,7 @@ def all_standing(
     pace.expect(len(searched(fitted)))
     for k in searched(fitted):
         pace(f"rivals of {fitted.solution.structure.actives[k].label}")
-        found.append(standing(fitted, k, runners_up(turns, fitted, k)))
+        stands = standing(fitted, k, runners_up(turns, fitted, k))
+        same = same_wiring(fitted.solution.structure, fitted.solution.p, k)
+        found.append(replace(stands, look_alikes=(*stands.look_alikes, same)) if same else stands)
     return tuple(found)
