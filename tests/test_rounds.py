@@ -50,7 +50,8 @@ def play(monkeypatch):
 
     stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
     stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [])
-    stubs(with_wander_known=lambda fitted: fitted, with_pushes_known=lambda fitted: fitted)
+    for name in ("with_wander_known", "with_pushes_known", "with_slight_compass_known"):
+        stubs(**{name: lambda fitted: fitted})
     return stubs
 
 
@@ -124,6 +125,22 @@ def test_what_nothing_shows_beside_pushes_either_goes_on_as_it_was(play):
     play(_turn=turn, with_pushes_known=lambda fitted: pushed)
     assert rounds(begin, [], Pace()) is begin
     assert seen == [(begin, False), (pushed, False), (begin, True)]
+
+
+def test_headings_as_slowly_off_as_any_are_known_before_a_cause_is_sought(play):
+    looked, known = [], fit(1.0)
+
+    def turn(fitted, _pace, _barred, thorough=False, **_):
+        looked.append(fitted)
+        return Turn(fitted, (), (), None)
+
+    play(_turn=turn, with_slight_compass_known=lambda fitted: known)
+    assert rounds(fit(1.1, off=True), [], Pace()) is known
+    assert looked[0] is known
+    looked.clear()
+    begin = fit(1.0, off=False)
+    assert rounds(begin, [], Pace()) is begin  # that leaves nothing off
+    assert looked == [begin]
 
 
 def test_what_followed_a_wander_of_the_position_is_asked_again_beside_it(play):
