@@ -15,8 +15,9 @@ from preprocess.trial import FloatArray
 
 #: The weight of corners is sought between these, as powers of ten, in so many halvings of so many reweightings each.
 RANGE, HALVINGS, REWEIGHTINGS = (-6.0, 6.0), 10, 8
-#: Changes of slope below this share of the noise's own count as none.
-NONE = 1e-3
+#: Changes of slope below this share of the noise's own count as none; samples that come sooner one after the other than
+#: this share of their usual interval, as that far apart.
+NONE, SOON = 1e-3, 0.02
 
 
 def without_noise(t: FloatArray, value: FloatArray, sigma: float) -> FloatArray:
@@ -40,7 +41,7 @@ def without_noise(t: FloatArray, value: FloatArray, sigma: float) -> FloatArray:
 
 def _lines(t: FloatArray, value: FloatArray, sigma: float, weight: float) -> FloatArray:
     """Lines (n,) for a weight of corners against distance, in units of what noise makes of either."""
-    steps = np.diff(t)
+    steps = np.maximum(np.diff(t), SOON * np.median(np.diff(t)))
     before, after = 1.0 / steps[:-1], 1.0 / steps[1:]
     here, usual = -(before + after), sigma / float(np.median(steps))
     x, corner = value, np.full(len(t) - 2, weight / usual**2)

@@ -13,8 +13,9 @@ from scipy.optimize import minimize
 
 from preprocess.trial import FloatArray
 
-#: Fewer samples than this tell no gusts from noise.
-FEWEST = 20
+#: Fewer samples than this tell no gusts from noise; those that come sooner one after the other than this share of their
+#: usual interval count as that far apart.
+FEWEST, SOON = 20, 0.02
 #: Logarithms of gusts over noise and of their time constant over the samples' interval are sought within these.
 OVER_NOISE, LASTING = (-6.0, 6.0), (0.0, 8.0)
 #: Where the search begins, as such logarithms, and its first steps.
@@ -26,7 +27,7 @@ def without_noise(t: FloatArray, wind: FloatArray) -> tuple[FloatArray, float]:
     if len(t) < FEWEST or not np.ptp(wind, axis=0).any():
         return wind, 0.0
     gusts = wind - wind.mean(axis=0)
-    every = np.diff(t) / float(np.median(np.diff(t)))
+    every = np.maximum(np.diff(t) / float(np.median(np.diff(t))), SOON)
 
     def objective(x: FloatArray) -> float:
         return _smoothed(every, gusts, *np.exp(x))[0]

@@ -114,3 +114,15 @@ def test_a_steady_wind_is_its_mean_and_one_without_noise_stays():
     t, air = blown(4, 1.0, 8.0, 1.0)
     assert np.sqrt(np.mean((without_gust_noise(t, air)[0] - air) ** 2)) < 0.05
     assert without_gust_noise(t[:5], air[:5])[1] == 0.0
+
+
+@given(st.integers(0, 1000), st.floats(1e-9, 1e-3))
+@settings(max_examples=15, deadline=None)
+def test_samples_that_come_all_but_at_once_are_no_trouble(seed, apart):
+    rng = np.random.default_rng(seed)
+    t = np.sort(np.concatenate([T[:400], T[rng.choice(400, 60, replace=False)] + apart]))
+    noisy = np.interp(t, T, TRUE) + rng.normal(0.0, 0.002, len(t))
+    assert np.isfinite(without_noise(t, noisy, 0.002)).all()
+    smoothed, noise = without_gust_noise(t, np.column_stack([noisy, noisy[::-1]]))
+    assert np.isfinite(smoothed).all()
+    assert noise > 0.0
