@@ -51,10 +51,8 @@ class InEach:
         if some.all() or not some.any():
             return 0.0
         matrix, score = self.matrix[some][:, :, some].sum(axis=(0, 2)), self.score[some].sum(axis=0)
-        told = np.diag(matrix)
-        size = np.where(
-            told > 0.0, 1.0 / np.sqrt(np.maximum(told, TINY)), 0.0
-        )  # rounding may leave less than none
+        told = np.diag(matrix)  # rounding may leave less than none
+        size = np.where(told > 0.0, 1.0 / np.sqrt(np.maximum(told, TINY)), 0.0)
         scaled = FirstOrder(matrix * size * size[:, None], score * size, self.up, self.down, 0.0)
         return scaled.gain(np.arange(len(size)))
 
