@@ -15,6 +15,7 @@ import numpy as np
 from preprocess.commands import feedback_noise
 from preprocess.integrated import integral_at
 from preprocess.judge import Judged, judge
+from preprocess.outliers import MAD_TO_SIGMA
 from preprocess.raw import Raw
 from preprocess.trial import BoolArray, FloatArray
 from preprocess.turned import pieces
@@ -25,8 +26,8 @@ HEADINGS, ERRS = 3, 0.3
 END, SCATTER = 0.02, 4.0
 #: So many pieces tell, where the heading turns faster by this share of the limit and by so many standard errors.
 TELLING, FASTER, CLEAR = 8, 0.15, 6.0
-#: Standard deviation of normal noise over its median distance from its median, and of a median over that of a mean.
-NORMAL, MEDIAN = 1.4826, 1.2533
+#: Standard deviation of a median over that of a mean, of normal noise.
+MEDIAN = 1.2533
 #: Pieces that are farther from their line than so many standard deviations are left out of it, so often.
 FAR, ROUNDS = 3.0, 4
 #: The range of a gyro that shows all.
@@ -172,4 +173,4 @@ def _near(left: FloatArray) -> BoolArray:
 
 def _scatter(left: FloatArray) -> float:
     """Standard deviation of (n,), robustly."""
-    return NORMAL * float(np.median(np.abs(left - np.median(left))))
+    return MAD_TO_SIGMA * float(np.median(np.abs(left - np.median(left))))
