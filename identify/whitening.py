@@ -27,6 +27,8 @@ Part = tuple[float, Sequence[FloatArray]]
 
 #: Eigenvalues smaller than this change nothing, and what moves them by less than the other need not be looked at.
 LEAST, SLIGHT = 1e-2, 1e-3
+#: No error shrinks more than this: an answer that is so many times the noise is rounded to all of it.
+MOST = float(np.nextafter(1.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def whitening_of(problem: Problem, parts: Sequence[Part]) -> Whitening:
     shrink = np.zeros((len(found), max(1, max(len(power) for power, _ in found))))
     basis = tuple(np.zeros((len(s.samples.t), 2, shrink.shape[1])) for s in problem.stretches)
     for number, (w, (power, vectors)) in enumerate(zip(problem.windows, found, strict=True)):
-        shrink[number, : len(power)] = power / (1.0 + power)
+        shrink[number, : len(power)] = np.minimum(power / (1.0 + power), MOST)
         basis[w.stretch][w.samples, :, : len(power)] = vectors
     return Whitening(basis, shrink, *_every_batch(problem, [vectors for _, vectors in found]))
 

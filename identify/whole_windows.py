@@ -41,7 +41,7 @@ def over_whole_logs(fitted: Fitted) -> Fitted:
 
 def _over_whole_logs(fitted: Fitted) -> Fitted:
     """The same, made anew."""
-    if _is_whole(fitted) or fitted.chi2_per_dof > NEAR:
+    if _is_whole(fitted) or fitted.chi2_per_dof > NEAR or fitted.problem.hides:
         return fitted
     found = as_a_whole(fitted)
     at_noise = found is not None and found.chi2_per_dof < NEAR and found.problem.inflation.max() < NEAR
@@ -49,7 +49,7 @@ def _over_whole_logs(fitted: Fitted) -> Fitted:
 
 
 def as_a_whole(fitted: Fitted) -> Fitted | None:
-    """The fit gone on with over whole logs, whatever it comes to; None where it runs away, or anything is hidden."""
+    """The fit gone on with over whole logs, whatever it comes to; None where it runs away."""
     return fitted.remembered(_as_a_whole)
 
 
@@ -57,8 +57,6 @@ def _as_a_whole(fitted: Fitted) -> Fitted | None:
     """The same, made anew."""
     if _is_whole(fitted):
         return fitted
-    if fitted.problem.hides:
-        return None
     problem = cut(fitted.problem.stretches, np.inf).weighted_as(fitted.problem)
     structure, first = fitted.solution.structure, first_states(problem)
     solution = solve(problem, structure, fitted.solution.p, first, fitted.prior, budget=15)

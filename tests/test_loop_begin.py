@@ -133,7 +133,7 @@ def test_a_wiring_with_which_nothing_comes_near_the_noise_is_held_against_the_de
         for x in chi2
     ]
     wiring = SimpleNamespace(active=SimpleNamespace(label="input_wiring"))
-    monkeypatch.setattr(loop, "_wiring", lambda *_: wiring)
+    monkeypatch.setattr(loop, "preferred_wiring", lambda *_: wiring)
     monkeypatch.setattr(loop, "_searched", lambda _prepared, _declared, wired, *_: ends[wired is None])
     assert loop.search(None) is ends[right]
 

@@ -6,6 +6,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from identify.effect import Active
@@ -269,6 +270,19 @@ def test_where_nothing_is_left_to_take_far_off_the_next_look_is_in_the_longest_w
     found = loop._lengthened(fit(min(chi2, 9.0), length=10.0), turns, Pace(), Within())
     assert looked == lengths
     assert found.problem.length == lengths[-1]
+
+
+@pytest.mark.parametrize(("first", "given_up"), [(np.inf, False), (2.0, True)])
+def test_what_came_to_nothing_in_the_longest_windows_is_not_looked_at_again(monkeypatch, first, given_up):
+    monkeypatch.setattr(loop, "rounds", lambda *_: pytest.fail("looked again"))
+    near = fit(5.0, length=40.0)
+    within, turns = Within(first=First(first)), [Turn(near, (), (), None)]
+    monkeypatch.setattr(loop, "window_length", lambda _: 40.0)
+    if given_up:
+        with pytest.raises(GivenUp):
+            loop._lengthened(near, turns, Pace(), within)
+    else:
+        assert loop._lengthened(near, turns, Pace(), within) is near
 
 
 @pytest.mark.parametrize(("costs", "taken"), [((10.0, 10.2), 1), ((10.0, 12.0), 0)])

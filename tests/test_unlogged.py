@@ -20,10 +20,12 @@ from identify.report_fit import make_fit
 from identify.sample import BATCH
 from identify.structure import null_parameters
 from identify.unlogged import most_likely, unlogged
-from identify.whitening import in_batches
+from identify.whitening import in_batches, whitening_of
+from identify.whole_windows import as_a_whole, over_whole_logs
 from identify.windows import moments
 from validate import at_its_best
 from validate.refits import begun_at
+from validate.verdict import _left_over_whole_unseen
 
 SELDOM = Suite(input_rate=4.0)
 
@@ -84,6 +86,24 @@ def test_whitening_is_that_of_the_covariance():
         expected = e @ np.linalg.solve(covariance, e)
         assert np.isclose(s.moments.matrices[k, -1, -1], expected, rtol=1e-5)
         assert np.isclose(np.sum(s.moments.residuals[k] ** 2), expected, rtol=1e-5)
+
+
+def test_an_answer_that_is_rounded_to_all_of_an_error_leaves_a_determinant():
+    """A rich model that runs away answers to what is hidden with many times what its sensors would notice."""
+    _, _, fitted = sailed()
+    runaway = [(1e12 * size, answers) for size, answers in fitted.problem.hidden]
+    shrink = whitening_of(fitted.problem, runaway).shrink
+    assert shrink.max() > 1.0 - 1e-15
+    assert np.isfinite(np.log1p(-shrink)).all()
+
+
+def test_whole_logs_are_asked_where_something_is_hidden_and_leave_nothing_of_a_clean_campaign():
+    """The fit stays in its windows, but what unseen logs as a whole say of it is heard."""
+    _, prepared, fitted = sailed()
+    assert over_whole_logs(fitted) is fitted
+    whole = as_a_whole(fitted)
+    assert len(whole.problem.windows) == len(prepared.identify)
+    assert all(left < 0.02 for left in _left_over_whole_unseen(prepared, fitted).values())
 
 
 def test_shapes_move_a_change_by_a_twelfth_of_its_interval_squared():

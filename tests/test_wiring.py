@@ -9,6 +9,7 @@ import pytest
 from identification_samples import trials_of
 
 import validate.loop
+import validate.preferred_wiring
 from fixtures.effects import Effect
 from identify.base_fit import fit_from_scratch
 from identify.fitted import NEAR
@@ -20,10 +21,11 @@ from seatrial import load_campaign
 from seatrial.pipeline import read_logs, runs_of
 from validate import nearer
 from validate.candidates import wirings
-from validate.loop import _otherwise, _otherwise_wired, _wiring, search
+from validate.loop import _otherwise_wired, _rough, search
 from validate.nearer import clearly_nearer
 from validate.outcome import Outcome
 from validate.pace import Pace
+from validate.preferred_wiring import preferred_wiring, wired_otherwise
 from validate.wiring import Wiring, better_wiring
 from validate.within import ALL
 
@@ -37,7 +39,7 @@ def test_a_wiring_is_not_taken_where_the_declared_one_is_likelier(monkeypatch):
     declared = fit_from_scratch(prepared.structure, prepared.identify)
     wrong = wirings(prepared.structure)[0]
     found = Wiring(wrong, 8.0, 1e-15, (), ((wrong, 8.0),))
-    monkeypatch.setattr(validate.loop, "better_wiring", lambda structure, stretches: found)
+    monkeypatch.setattr(validate.preferred_wiring, "better_wiring", lambda structure, stretches: found)
     outcome = search(prepared, declared)
     assert outcome.wiring is None
     assert outcome.standing == ()
@@ -88,7 +90,9 @@ def _looked_at_again(*effects):
     _, trials = trials_of("tug", ("zigzag", "random"), 60.0, 4, effects=effects, validate=0)
     prepared = prepare(trials, "modulus")
     found = Outcome(fit_from_scratch(prepared.structure, prepared.identify), (), (), None)
-    return found, _otherwise_wired(prepared, found, _otherwise(prepared), Pace(), ALL)
+    return found, _otherwise_wired(
+        prepared, found, wired_otherwise(prepared, _rough(prepared.structure)), Pace(), ALL
+    )
 
 
 def test_where_a_search_stays_off_the_noise_a_wiring_that_is_likelier_is_tried():
@@ -140,10 +144,11 @@ def test_a_wiring_is_asked_for_where_many_effects_came_to_the_noise(monkeypatch,
     found = SimpleNamespace(fitted=fitted, standing=("effect",) * effects)
     for name in ("_searched", "_begun_otherwise", "_begun_shorter"):
         monkeypatch.setattr(validate.loop, name, lambda *_: found)
-    monkeypatch.setattr(validate.loop, "_wiring", lambda *_: None)
-    monkeypatch.setattr(validate.loop, "_otherwise", lambda _: None)
+    monkeypatch.setattr(validate.loop, "preferred_wiring", lambda *_: None)
+    monkeypatch.setattr(validate.loop, "wired_otherwise", lambda *_: None)
     monkeypatch.setattr(validate.loop, "_otherwise_wired", lambda *_: "asked")
-    assert (search(None, None, Pace()) == "asked") is asked
+    prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)))
+    assert (search(prepared, None, Pace()) == "asked") is asked
 
 
 def test_no_wiring_is_tried_for_what_none_would_mend():
@@ -185,6 +190,6 @@ def test_a_boat_that_turned_against_its_declared_thrusters_has_them_swapped():
         runs_of(campaign, read_logs(campaign)), campaign.vessel, campaign.inputs, {}, by_response=False
     )
     prepared = prepare_best(trials, campaign.model)
-    wiring = _wiring(prepared, fit_declared(prepared))
+    wiring = preferred_wiring(prepared, fit_declared(prepared))
     assert wiring is not None
     assert wiring.active.label == "input_wiring (swapped left and right)"

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
-from identify.base_fit import CLEARLY, LONG, fit_from_scratch, fit_states, tried, window_length
+from identify.base_fit import LONG, fit_from_scratch, fit_states, window_length
 from identify.bent_paths import bent
 from identify.fitted import FAR, NEAR, Fitted
 from identify.prepare import Prepared
@@ -19,25 +18,22 @@ from validate.clocks import fewer_clocks
 from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
-from validate.judgement import INDISTINCT
 from validate.nearer import HALF, as_near, came_there, clearly_nearer, nearer_in_windows_alike, worth_another
 from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pairs import two_for_one
+from validate.preferred_wiring import Otherwise, preferred_wiring, wired_otherwise
 from validate.pruning import pruned
 from validate.refined import refined
-from validate.refits import under
 from validate.rounds import MOST_EFFECTS, Turn, rounds
 from validate.swell import with_waves_known
-from validate.wiring import Wiring, better_wiring, perhaps_wired
+from validate.wiring import Wiring
 from validate.within import ALL, First, GivenUp, Within
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Above this cost per degree of freedom over short windows, long ones would only add to the confusion.
 HOPELESSLY_FAR = 20.0
-#: So many wirings that are not clearly better are fitted where a search with the declared one stays off the noise.
-PERHAPS = 2
 #: So many effects are many: what is behind them may be fewer.
 MANY = 3
 #: So many times a taken effect may be exchanged for a rival.
@@ -59,10 +55,10 @@ def search(
     and comes to it with another wiring alone, else last, if the search stays off the noise.
     """
     pace = pace or Pace()
-    wiring = _wiring(prepared, declared)
+    wiring = preferred_wiring(prepared, declared)
     if wiring is None:
         far = declared is None or declared.is_far
-        otherwise = _otherwise(prepared) if far else None
+        otherwise = wired_otherwise(prepared, _rough(prepared.structure)) if far else None
         if otherwise and otherwise.chi2 < NEAR and otherwise.declared > FAR:
             wiring = otherwise.wiring
         else:
@@ -71,7 +67,7 @@ def search(
             found = _begun_shorter(prepared, found, pace, within)
             if not found.fitted.is_off and len(found.standing) < MANY:
                 return found
-            otherwise = otherwise if far else _otherwise(prepared)
+            otherwise = otherwise if far else wired_otherwise(prepared, _rough(prepared.structure))
             return _otherwise_wired(prepared, found, otherwise, pace, within)
     pace(f"taken: {wiring.active.label}")
     found = _searched(prepared, declared, wiring, pace, within)
@@ -82,34 +78,8 @@ def search(
     return other if nearer_in_windows_alike(other.fitted, found.fitted) else found
 
 
-@dataclass(frozen=True)
-class _Otherwise:
-    """The nearest of the wirings that the accelerations may prefer, in short windows; χ² with it, and as declared."""
-
-    wiring: Wiring
-    chi2: float
-    declared: float
-
-
-def _otherwise(prepared: Prepared) -> _Otherwise | None:
-    """What fits in short windows say of wirings that the accelerations would rather have, where there are any."""
-    structure, stretches = prepared.structure, prepared.identify
-    length = _rough(structure)
-    perhaps = perhaps_wired(structure, stretches, PERHAPS)
-    if not perhaps:
-        return None
-    wired = (structure, *(structure.with_effect(w.active) for w in perhaps))
-    fits = [tried(partial(fit_from_scratch, s, stretches, length=length)) for s in wired]
-    declared, *chi2 = (np.inf if f is None else f.chi2_per_dof for f in fits)
-    least = min(chi2)
-    wiring = perhaps[chi2.index(least)]
-    away = {w.active.label for w, x in zip(perhaps, chi2, strict=True) if CLEARLY * x > least}
-    wiring = replace(wiring, look_alikes=tuple(a for a in wiring.look_alikes if a not in away))
-    return _Otherwise(wiring, least, declared)
-
-
 def _otherwise_wired(
-    prepared: Prepared, found: Outcome, otherwise: _Otherwise | None, pace: Pace, within: Within
+    prepared: Prepared, found: Outcome, otherwise: Otherwise | None, pace: Pace, within: Within
 ) -> Outcome:
     """The search with a wiring that the accelerations prefer, if not clearly, where that comes near; else as it was.
 
@@ -264,14 +234,17 @@ def _cut_as(fitted: Fitted, length: float) -> Problem:
 def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, within: Within) -> Fitted:
     """Rounds over ever longer windows: what runs away in long ones may show in short ones, and the other way round.
 
-    Waves show in long ones, and a fit that knows of them has the longest already. Where nothing is left to take and the
-    fit stays far off, the next look is in the longest, or in the first that throw it farther off still.
+    Waves show in long ones, and a fit that knows of them has the longest already: what came to nothing there is not
+    looked at again. Where nothing is left to take and the fit stays far off, the next look is in the longest, or in the
+    first that throw it farther off still.
     """
     longest, length = window_length(fitted.solution.structure.vessel.length), fitted.problem.length
-    if length >= longest:
+    if length >= longest and not _came_to_nothing(turns):
         return rounds(fitted, turns, pace, within=within)
+    if length >= longest and within.first.is_out_of_reach(fitted, stuck=True):
+        raise GivenUp
     while length < longest and fitted.chi2_per_dof < HOPELESSLY_FAR:
-        stuck = fitted.is_far and bool(turns) and turns[-1].taken is None
+        stuck = fitted.is_far and _came_to_nothing(turns)
         length = min(2.0 * length, longest)
         fitted = at_likeliest_speed(refined(fitted, length))
         fitted = with_waves_known(fitted) if within.waves else fitted
@@ -280,19 +253,5 @@ def _lengthened(fitted: Fitted, turns: list[Turn], pace: Pace, within: Within) -
     return fitted
 
 
-def _wiring(prepared: Prepared, declared: Fitted | None) -> Wiring | None:
-    """The wiring that the accelerations prefer; none where the free run prefers the declared one all the same."""
-    wiring = better_wiring(prepared.structure, prepared.identify)
-    if wiring is None or declared is None:
-        return wiring
-    structure = prepared.structure.with_effect(wiring.active)
-    other = fit_from_scratch(structure, prepared.identify)
-    if declared.chi2_per_dof < NEAR:
-        bare = replace(declared.problem, unlogged=None)
-        here, there = (under(bare, f, 20).solution.total for f in (declared, other))
-        return wiring if there < here + INDISTINCT else None
-    if declared.chi2_per_dof > FAR:  # where nothing fits, the accelerations have spoken
-        return None if nearer_in_windows_alike(declared, other) else wiring
-    if other.problem.length != declared.problem.length:
-        return wiring if other.problem.length > declared.problem.length else None
-    return wiring if other.chi2_per_dof < declared.chi2_per_dof else None
+def _came_to_nothing(turns: list[Turn]) -> bool:
+    return bool(turns) and turns[-1].taken is None
