@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from identify.base_fit import fit_states
 from identify.drive import drive
+from identify.first_states import first_states
 from identify.fitted import Fitted
+from identify.output_error import Prior, Solution, solve
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.windows import Problem, cut
@@ -26,13 +29,23 @@ SHARE = 0.5
 def in_order_taken(fitted: Fitted) -> Fitted:
     """The fit with its samples in the windows in which they were taken, as its clocks say, first states anew.
 
-    Samples from before a stretch's begin, or after its end, are left out: nothing predicts them.
+    Samples from before a stretch's begin, or after its end, are left out: nothing predicts them. A model that runs away
+    from the smoothed motion keeps the first states that it has; from these too, all stays as it was.
     """
     structure, p = fitted.solution.structure, fitted.solution.p
     ordered = ordered_by(structure, p, fitted.problem)
     if ordered is fitted.problem:
         return fitted
-    return replace(fitted, problem=ordered, solution=fit_states(ordered, structure, p))
+    for states in (fit_states, partial(_kept, fitted.solution.first)):
+        solution = states(ordered, structure, p)
+        if np.isfinite(solution.cost):
+            return replace(fitted, problem=ordered, solution=solution)
+    return fitted
+
+
+def _kept(first: FloatArray, problem: Problem, structure: Structure, p: FloatArray) -> Solution:
+    """The solution at first states (w, 8) as they are, the parameters held."""
+    return solve(problem, structure, p, first, Prior.held(p), anchor=first_states(problem), budget=0)
 
 
 def ordered_by(structure: Structure, p: FloatArray, problem: Problem) -> Problem:

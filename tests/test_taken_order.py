@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from identification_samples import trials_of
 
 from fixtures.effects import Effect
+from identify import taken_order
 from identify.base_fit import fit_from_scratch
 from identify.drift import Drift
 from identify.innovations import new_in
-from identify.kernel import HEADING
+from identify.kernel import HEADING, YAW_RATE
 from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
 from identify.stretch import Samples
@@ -64,6 +65,20 @@ def test_the_clock_is_known_better_for_it():
 def test_a_fit_without_late_stamps_stays_as_it_is():
     prepared = on_time()
     fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    assert in_order_taken(fitted) is fitted
+
+
+def test_a_model_that_runs_away_from_the_smoothed_motion_keeps_its_first_states(monkeypatch):
+    """Else everything that is looked at after it would be infinitely better than it."""
+    fitted = with_a_late_gyro()
+    smoothed = in_order_taken(fitted)
+    lost = replace(smoothed.solution, cost=np.nan)
+    monkeypatch.setattr(taken_order, "fit_states", lambda *_: lost)
+    kept = in_order_taken(fitted)
+    assert kept.problem.stretches[0].samples.late[YAW_RATE] == pytest.approx(LATE, abs=0.02)
+    assert np.array_equal(kept.solution.first, fitted.solution.first)
+    assert kept.chi2_per_dof == pytest.approx(fitted.chi2_per_dof, abs=0.1)
+    monkeypatch.setattr(taken_order, "_kept", lambda *_: lost)
     assert in_order_taken(fitted) is fitted
 
 
