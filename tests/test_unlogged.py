@@ -184,6 +184,15 @@ def test_a_fit_begun_anew_is_preferred_by_what_its_own_errors_say_is_hidden(monk
     assert found.problem.unlogged.share <= 1.0
 
 
+def test_a_fit_that_runs_away_under_its_own_weights_stays_as_it_was(monkeypatch):
+    """Else all that is looked at after it is infinitely better."""
+    _, _, fitted = sailed(seldom=False)
+    lost = replace(fitted, solution=replace(fitted.solution, cost=np.nan))
+    monkeypatch.setattr(at_its_best, "under", lambda *_: lost)
+    monkeypatch.setattr(at_its_best, "fit_from_scratch", lambda *_, **__: lost)
+    assert at_its_best.settled(fitted).chi2_per_dof == pytest.approx(fitted.chi2_per_dof, abs=0.05)
+
+
 @pytest.mark.parametrize("samples", [1, 4, 7, 16, 21])
 @pytest.mark.parametrize("vectors", [0, 1, 5])
 def test_rows_are_gone_through_in_batches_in_their_order(samples, vectors):

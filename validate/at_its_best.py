@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from identify.base_fit import fit_from_scratch
 from identify.fitted import SLOWLY, Fitted
 from identify.noise import recalibrated
@@ -14,9 +16,13 @@ from validate.refits import under
 
 
 def settled(fitted: Fitted) -> Fitted:
-    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept."""
+    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept.
+
+    What runs away under its own weights stays as it was, unless it comes nearer anew.
+    """
     fitted, structure = in_order_taken(fitted), fitted.solution.structure
     here = under(recalibrated(fitted.problem, fitted.solution), fitted, 20)
+    here = here if np.isfinite(here.solution.cost) else fitted
     p = effects_alone(structure, here.solution.p)
     off = here.is_off
     anew = fit_from_scratch(
