@@ -89,6 +89,11 @@ class Fitted:
         return float(np.delete(self.problem.dispersed.inflation, kernel.POSITION).max())
 
     @property
+    def is_as_sensors_say(self) -> bool:
+        """Whether it is at the noise, and that is no more than the sensors' own."""
+        return not self.is_off and float(self.problem.inflation.max()) < NEAR
+
+    @property
     def is_off(self) -> bool:
         """Whether it is off the noise, or has slow errors that many samples of white noise may hide."""
         return not self.chi2_per_dof < NEAR or self.slow > SLOW

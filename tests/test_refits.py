@@ -12,7 +12,7 @@ from identification_samples import trials_of
 from fixtures.effects import Effect
 from fixtures.sensors import Sensor, Suite
 from identify.base_fit import fit_from_scratch
-from identify.fitted import FAR, NEAR, SLOWLY
+from identify.fitted import FAR, NEAR, SLOWLY, Fitted
 from identify.free_running import FOLLOWS, LOST, free_running_misfit, is_lost
 from identify.prepare import prepare
 from identify.settled import settled
@@ -67,6 +67,10 @@ def test_far_from_the_noise_what_the_accelerations_want_is_fitted_from_scratch(m
     monkeypatch.setattr(refits, "begun", lambda _, s: begun.append(s.active.label) or away)
     monkeypatch.setattr(refits, "went_on", lambda f, *_: f)
     leading = {s.active.label for s, _ in found}
+    assert late.is_as_sensors_say
+    assert [s.active.label for s, _ in raced(fitted, chosen, Pace())] == ["actuator_delay (rudder)"]
+    assert not begun  # nothing else is asked for beside what is at the noise
+    monkeypatch.setattr(Fitted, "is_as_sensors_say", False)
     assert {s.active.label for s, _ in raced(fitted, chosen, Pace())} == leading
     assert begun and not leading & set(begun)
 

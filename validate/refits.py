@@ -151,7 +151,7 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     Off the noise, of many those that fall behind over part of the windows are left there; and where one of those that
     promised most comes near the noise alone, the others are not begun: what could stand in its place is asked later.
     Far from it, and where the base is lost, what leads is fitted from scratch in place of that, for from the valley of
-    such a base no step may lead to it.
+    such a base no step may lead to it; where that is at the noise, far from which the base is, nothing else is begun.
     """
     few = len(finalists) <= MANY
     if converges(base) or (few and base.chi2_per_dof < FAR):
@@ -159,6 +159,8 @@ def raced(base: Fitted, finalists: Sequence[Screened], pace: Pace) -> list[tuple
     some, promising = thinned(base), {id(s) for s in finalists[:PROMISING]}
     runners: list[tuple[Screened, Fitted]] = []
     whole = _led(base, finalists, pace)
+    if there := [(s, f) for s, f in whole if base.chi2_per_dof > FAR and f.is_as_sensors_say]:
+        return best_first(there, base)
     done = {id(s) for s, _ in whole}
     racing = [s for s in finalists if id(s) not in done]
     for part in (racing[:FIRST], racing[FIRST:]):
