@@ -6,6 +6,7 @@ from identify.by_optimiser import fit_by_optimiser
 from identify.by_tuning import fit_by_tuning
 from identify.estimators import ESTIMATORS
 from identify.fitted import Fitted
+from identify.free_running import is_lost
 from identify.prediction_fit import fit_declared, fit_far_from_noise
 from identify.prepare import Prepared
 from identify.whole_windows import over_whole_logs
@@ -54,12 +55,12 @@ def fit_as_a_run_ends(
 ) -> Fitted:
     """Fit as ``seatrial run`` ends where it finds no effect: the default goes on over whole logs.
 
-    Near the noise the windows' fit is gone on with; far from it, and where it runs away over the logs that it is of,
+    Near the noise the windows' fit is gone on with; far from it, and where it is lost over the logs that it is of,
     whole logs are fitted free-running where the model can follow them. Parameters are those of ``fit_with``.
     """
     fitted = fit_with(prepared, estimator, optimiser, seed)
     if estimator not in ("auto", "output_error") or optimiser != "auto":
         return fitted
-    if fitted.is_far:
+    if fitted.is_far or is_lost(fitted):
         return fit_far_from_noise(prepared.structure, prepared.identify)
     return over_whole_logs(fitted)

@@ -12,7 +12,7 @@ from identify.estimators import ESTIMATORS
 from identify.fit import Fit
 from identify.fit_with import fit_with, optimiser_told
 from identify.fitted import Fitted
-from identify.free_running import free_running_misfit
+from identify.free_running import free_running_misfit, is_lost
 from identify.held_inputs import prepare_best
 from identify.in_common import in_common
 from identify.models import MODEL_BY_NAME
@@ -99,8 +99,8 @@ def analyse(
     windowed = _windowed(estimator, optimiser)
     declared = _nearest_bare(declared, outcome) if windowed else declared
     progress("validate", "", 0.0)
-    far = windowed and declared.is_far
-    if far:
+    far, alone = windowed and declared.is_far, not (outcome and outcome.standing)
+    if far or (windowed and alone and is_lost(declared)):
         progress("validate", "whole logs", 0.05)
         declared = fit_far_from_noise(prepared.structure, prepared.identify, declared)
     after = _after(prepared, declared, outcome, far)
