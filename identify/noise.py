@@ -29,8 +29,6 @@ WILD, ASIDE = 7.0, 1e4
 SMOOTH_LAGS = (15.0, 45.0)
 #: Autocorrelation is summed over at most so many steps.
 MEMORY = 80.0
-#: What inputs hide between their samples is looked for where a stream's slow errors are larger than its noise by more.
-SUSPECT = 1.05
 
 
 def errors_by_stream(
@@ -182,8 +180,6 @@ def calibrated_anew(problem: Problem, solution: Solution | Settled, fine: bool =
     Unless it is to be ``fine``, inputs that are logged often are taken to hide nothing: a fit that grows needs no more.
     """
     found = calibrated(replace(problem, unlogged=None), solution)
-    if float(found.dispersed.inflation.max()) < SUSPECT:
-        return found
     bare = replace(found, inflation=np.ones(4))
     ratio = [
         a.samples.sigma / b.samples.sigma for a, b in zip(problem.stretches, found.stretches, strict=True)

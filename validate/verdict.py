@@ -76,7 +76,7 @@ def _left(prepared: Prepared, fitted: Fitted, reported: Fitted) -> dict[str, flo
         (
             partial(structured_share, fitted),
             partial(_left_unseen, prepared, fitted),
-            partial(_left_over_whole_unseen, prepared, reported),
+            partial(_left_over_whole_unseen, prepared, fitted if reported.is_off else reported),
         ),
     )
     others.append(_left_astray(prepared, fitted))
