@@ -64,6 +64,18 @@ def test_whole_unseen_logs_that_no_values_follow_while_the_fit_s_own_are_at_the_
     assert verdict._left_over_whole_unseen(prepared, WindowedFit(1.0, Windows(30.0))) == left
 
 
+@pytest.mark.parametrize("off", [False, True])
+def test_whole_unseen_logs_are_asked_of_the_fit_in_windows_where_the_reported_one_is_off(monkeypatch, off):
+    """A receiver that is taken to wander may stand for what the model lacks."""
+    asked = []
+    for name in ("structured_share", "_left_unseen", "_left_astray"):
+        monkeypatch.setattr(verdict, name, lambda *_: {"u": 0.0, "v": 0.0, "r": 0.0})
+    monkeypatch.setattr(verdict, "_left_over_whole_unseen", lambda _, fit: asked.append(fit) or {"v": 0.2})
+    windows, reported = WindowedFit(1.0, Windows(30.0)), WindowedFit(1.5, Windows(np.inf), is_off=off)
+    assert verdict._left(None, windows, reported) == {"u": 0.0, "v": 0.2, "r": 0.0}
+    assert asked == [windows if off else reported]
+
+
 def test_what_is_said_of_unseen_logs_is_of_the_values_that_are_reported(monkeypatch):
     """Those in windows may run away where those of whole logs do not."""
     asked = []
