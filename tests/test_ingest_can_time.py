@@ -20,6 +20,7 @@ from reader_checks import log_of
 
 from ingest.canbus.lines import date_time_ns, milliseconds_ns, seconds_ns
 from ingest.canbus.stamps import repaired_times
+from ingest.canbus.trc import start_notes
 
 
 def test_utc_of_each_clock():
@@ -35,6 +36,15 @@ def test_local_time_in_a_header_is_not_taken_for_utc(monkeypatch):
         log = log_of(READER[name], written(plain, suffix))
         assert log.utc_ns is None
         assert any(f.kind == "clock" and "not used" in f.message for f in log.findings)
+
+
+@pytest.mark.parametrize(
+    ("said", "zone"), [("03.11.2026 10:15:00.123.0", True), ("2026-08-29 11:41:30.843000+00:00", False)]
+)
+def test_a_zone_that_a_header_states_is_not_called_unknown(said, zone):
+    (finding,) = start_notes(f";   Start time: {said}\r\n".encode())
+    assert said in finding.message
+    assert ("unknown zone" in finding.message) is zone
 
 
 def test_a_log_over_midnight():

@@ -22,6 +22,15 @@ def found_in(*names):
 
 
 @pytest.mark.parametrize(
+    ("north", "east"),
+    [("GNSS lat", "GNSS lon"), ("gps_latitude", "gps_longitude"), ("vessel_lat_deg", "vessel_lon_deg"), ("lat_dd", "lon_dd"),
+     ("RTK Latitude (deg)", "RTK Longitude (deg)"), ("pos_lat", "pos_lng")],
+)  # fmt: skip
+def test_a_position_by_any_of_its_names(north, east):
+    assert found_in(north, east) == {("position", north, east)}
+
+
+@pytest.mark.parametrize(
     "name",
     ["hdg_true", "hdg_deg", "true_heading", "heading_true_deg", "GPS Heading (deg)", "vessel_heading", "yaw_deg", "psi",
      "fused_yaw_deg", "gnss_hdg_deg"],

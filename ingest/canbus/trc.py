@@ -10,6 +10,8 @@ from ingest.damage import damage_findings
 from ingest.log import Finding
 
 VERSION = re.compile(rb";\$FILEVERSION=(\d)\.(\d)")
+#: A time that states its zone.
+ZONE = re.compile(r"([+-]\d\d:?\d\d|Z)$")
 START = re.compile(rb";[ \t]*Start time:[ \t]*([^\r\n]+)")
 DATA = rb"(?P<dlc>\d{1,2})(?P<data>(?:[ \t]+[0-9A-Fa-f]{2}(?![.)\w])){0,8})"
 IDLE = re.compile(
@@ -57,4 +59,5 @@ def start_notes(head: bytes) -> tuple[Finding, ...]:
     if start is None:
         return ()
     said = start.group(1).decode("latin-1").strip()
-    return (Finding("clock", f"the log says that it began {said}, local time of an unknown zone: not used"),)
+    zone = "" if ZONE.search(said) else ", local time of an unknown zone"
+    return (Finding("clock", f"the log says that it began {said}{zone}: not used"),)

@@ -103,8 +103,9 @@ class _Pattern:
     stated: bool = False
 
 
-_LAT = "lat|latitude|gps_lat|gps_latitude|lat_dd"
-_LON = "lon|lng|long|longitude|gps_lon|gps_lng|gps_longitude|lon_dd"
+_RECEIVER = "((gps|gnss|rtk|receiver|antenna|position|pos|vessel|ship|boat)_)*"
+_LAT = _RECEIVER + "(lat|latitude)(_dd)?"
+_LON = _RECEIVER + "(lon|lng|long|longitude)(_dd)?"
 _OF = "((true|gps|gnss|gyro|vessel|ship|boat|est|estimated|filtered|fused)_)*"
 _HEADING = _OF + r"(heading|hdg|psi|yaw)(_(true|t|angle|gps|gnss|est|filtered|fused))*|hdt|thdg"
 _MAGNETIC = (
