@@ -23,8 +23,8 @@ def found_in(*names):
 
 @pytest.mark.parametrize(
     ("north", "east"),
-    [("GNSS lat", "GNSS lon"), ("gps_latitude", "gps_longitude"), ("vessel_lat_deg", "vessel_lon_deg"), ("lat_dd", "lon_dd"),
-     ("RTK Latitude (deg)", "RTK Longitude (deg)"), ("pos_lat", "pos_lng")],
+    [("GNSS lat", "GNSS lon"), ("gps_latitude", "gps_longitude"), ("vessel_lat_deg", "vessel_lon_deg"),
+     ("lat_dd", "lon_dd"), ("RTK Latitude (deg)", "RTK Longitude (deg)"), ("pos_lat", "pos_lng")],
 )  # fmt: skip
 def test_a_position_by_any_of_its_names(north, east):
     assert found_in(north, east) == {("position", north, east)}
