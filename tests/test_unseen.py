@@ -14,6 +14,7 @@ from identify.fitted import FAR, NEAR
 from identify.free_running import FOLLOWS
 from identify.prepare import prepare
 from identify.sensor_line import SensorLine
+from validate import other_logs
 from validate.candidates import candidates
 from validate.scores import predictions, validation
 from validate.unseen import leads_astray, speak_against
@@ -33,6 +34,19 @@ def test_logs_speak_against_a_fit_that_runs_away_on_them_and_not_against_the_sam
     alone = replace(prepared, validate=())
     assert [leads_astray(alone, fitted, f) for f in (fitted, astray)] == [False, True]
     assert not leads_astray(alone, astray, fitted)
+
+
+def test_parameters_follow_other_logs_to_the_end(monkeypatch):
+    """Where a rich model's valley is long: a search of steps that are worth a quarter comes there too."""
+    steps = other_logs.solve
+    monkeypatch.setattr(
+        other_logs, "solve", lambda *a, budget, **k: steps(*a, budget=max(1, budget // 4), **k)
+    )
+    monkeypatch.setattr(other_logs, "_begun_anew", lambda *_: [])
+    ship, trials = trials_of("usv", ("speed", "zigzag"), 60.0, 5)
+    prepared = prepare(trials, ship.model)
+    fitted = fit_from_scratch(prepared.structure, prepared.identify)
+    assert other_logs.with_other_logs(fitted, prepared.validate).chi2_per_dof < 1.1
 
 
 def late_gyro(wander=0.0):

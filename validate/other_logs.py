@@ -28,6 +28,8 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Other logs speak against a fit's parameters where its own lose what chance takes in this share of cases.
 AGAINST = 1e-3
+#: Steps in which parameters follow other logs: a rich model over whole ones needs some tens.
+FOLLOWED = 40
 
 
 def on_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | None:
@@ -60,7 +62,7 @@ def with_other_logs(fitted: Fitted, stretches: Sequence[Stretch]) -> Fitted | No
     s = fitted.solution
     first = np.vstack([s.first, first_states(other)])
     p, prior = _fed(fitted, other.stretches)
-    found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=8)
+    found = solve(both, s.structure, p, first, prior, anchor=first_states(both), budget=FOLLOWED)
     if not _follows(other, found, n) or _against(fitted, found, n):
         found = min([found, *_begun_anew(fitted, both, prior)], key=total)
     if not np.isfinite(found.cost):
