@@ -10,11 +10,13 @@ import pytest
 from identification_samples import modulus_truth, trials_of
 
 from fixtures.sensors import Suite
+from identify import noise
 from identify.acting import input_clocks, lead_slot
 from identify.base_fit import fit_from_scratch
 from identify.bridges import MOST, shapes_of
 from identify.effect import Active, Variant
 from identify.effects.actuators import ACTUATOR_LAG
+from identify.noise import calibrated, calibrated_anew
 from identify.prepare import prepare
 from identify.report_fit import make_fit
 from identify.sample import BATCH
@@ -86,6 +88,17 @@ def test_whitening_is_that_of_the_covariance():
         expected = e @ np.linalg.solve(covariance, e)
         assert np.isclose(s.moments.matrices[k, -1, -1], expected, rtol=1e-5)
         assert np.isclose(np.sum(s.moments.residuals[k] ** 2), expected, rtol=1e-5)
+
+
+def test_what_inputs_hide_is_asked_for_though_errors_are_at_the_noise(monkeypatch):
+    """They average to it, and a load that takes them along is likely all the same."""
+    _, _, fitted = sailed(seldom=False)
+    bare = replace(fitted.problem, unlogged=None)
+    assert calibrated(bare, fitted.solution).dispersed.inflation.max() < 1.1
+    asked = []
+    monkeypatch.setattr(noise, "most_likely", lambda *_: asked.append("what is hidden"))
+    calibrated_anew(bare, fitted.solution)
+    assert asked
 
 
 def test_an_answer_that_is_rounded_to_all_of_an_error_leaves_a_determinant():
