@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from identify.fitted import FAR, NEAR, Fitted
+from identify.fitted import FAR, NEAR, SLOWLY, Fitted
 from identify.noise import recalibrated
 from validate.at_its_best import settled
 from validate.candidates import Screened, candidates, screen
@@ -60,7 +60,7 @@ def rounds(
         Where the search that it is held against (``within``) is out of its reach.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
-    fitted = with_slight_compass_known(fitted) if fitted.is_off else with_wander_known(fitted)
+    fitted = _with_slow_errors_known(fitted, pace, barred)
     while fitted.chi2_per_dof > enough:
         if within.first.is_out_of_reach(fitted, stuck=False):
             raise GivenUp
@@ -101,6 +101,19 @@ def rounds(
         pace(f"taken: {taken.label}")
         fitted, repeats = _after(taken, within.waves), False
     return fitted
+
+
+def _with_slow_errors_known(fitted: Fitted, pace: Pace, barred: Names) -> Fitted:
+    """A fit that knows of slow errors for which no cause is sought: a receiver's, or those of any compass.
+
+    A compass's are believed where no one cause takes all of them: in a good compass a slow actuator shows no larger.
+    """
+    if not fitted.is_off:
+        return with_wander_known(fitted)
+    known = with_slight_compass_known(fitted)
+    taken = None if known is fitted else _turn(fitted, pace, barred).taken
+    cause = taken is not None and not taken.fitted.is_off and taken.fitted.slow < SLOWLY
+    return fitted if cause else known
 
 
 def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
