@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.acting import among, input_clocks, shares_of
-from identify.drive import drive
+from identify.acting import input_clocks, shares_of
 from identify.kernel import CHANNEL
 from identify.resample import straight_lines
 from identify.steady import values_of
@@ -67,11 +66,15 @@ class Shapes:
 
 @dataclass(frozen=True)
 class _Series:
-    """Shapes that do not meet in any step, one after another: number (steps,), mean and slope (steps, channels)."""
+    """Shapes that do not meet in any step, one after another: number (steps,), mean and slope (steps, c) in ``places``.
+
+    The places (c,) are those among the channels.
+    """
 
     number: IntArray
     mean: FloatArray
     slope: FloatArray
+    places: IntArray
 
 
 def shapes_of(
@@ -84,16 +87,18 @@ def shapes_of(
         if stretch.inputs[item.name].sample_time > NONE
         for part in _series_of(structure, p, stretch, item.name)
     ]
+    channels = len(structure.table.channels)
     if not series:
-        nothing = np.zeros((stretch.steps, 0, len(structure.table.channels)))
+        nothing = np.zeros((stretch.steps, 0, channels))
         return Shapes(nothing, nothing)
     most = min(MOST, max(1, ROOM // (2 * len(stretch.samples.t))))
-    column = _columns(series, _owners(stretch.steps, windows), most)
-    shape = (stretch.steps, int(column.max()) + 1, series[0].mean.shape[1])
+    column = _columns(series, _owners(stretch.steps, windows), channels, most)
+    shape = (stretch.steps, int(column.max()) + 1, channels)
     mean, slope = np.zeros(shape), np.zeros(shape)
     for mine, part in zip(column, series, strict=True):
-        at = np.nonzero(mine >= 0)[0]
-        mean[at, mine[at]], slope[at, mine[at]] = part.mean[at], part.slope[at]
+        at = np.flatnonzero(mine >= 0)
+        there = at[:, None], mine[at, None], part.places
+        mean[there], slope[there] = part.mean[at], part.slope[at]
     return Shapes(mean, slope)
 
 
@@ -105,24 +110,42 @@ def _owners(steps: int, windows: Sequence[tuple[int, int]]) -> IntArray:
     return out
 
 
-def _columns(series: Sequence[_Series], window: IntArray, most: int) -> IntArray:
+def _columns(series: Sequence[_Series], window: IntArray, channels: int, most: int) -> IntArray:
     """Column (series, steps) of the shape in each step: its rank in its window by size; -1 where there is none."""
-    changes = 1 + max(int(s.number.max()) for s in series)
-    room = len(series) * changes
-    named = [
-        np.where((window >= 0) & (s.number >= 0), window * room + k * changes + s.number, -1)
-        for k, s in enumerate(series)
-    ]
-    scale = np.max([np.abs(s.mean).max(axis=0) for s in series], axis=0) + 1e-300
-    size = np.array([np.sum(np.abs(s.mean) / scale, axis=1) for s in series])
-    names, which = np.unique(np.array(named), return_inverse=True)
-    total = np.bincount(which.ravel(), weights=size.ravel())
-    owner = np.where((names >= 0) & (total > 1e-9), names // room, -1)
-    order = np.lexsort((-total, owner))
-    rank = np.empty(len(names), dtype=np.int64)
-    rank[order] = np.arange(len(names)) - np.searchsorted(owner[order], owner[order])
-    column = np.where((owner >= 0) & (rank < most), rank, -1)[which]
-    return np.asarray(column.reshape(size.shape), dtype=np.int64)
+    begin, owner, size = _runs(series, window, _weight(series, channels))
+    owner = np.where(size > 1e-9, owner, -1)
+    order = np.lexsort((-size, owner))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order)) - np.searchsorted(owner[order], owner[order])
+    column = np.where((owner >= 0) & (rank < most), rank, -1)
+    shape = len(series), len(window)
+    return np.asarray(
+        np.repeat(column, np.diff(begin, append=math.prod(shape))).reshape(shape), dtype=np.int64
+    )
+
+
+def _runs(
+    series: Sequence[_Series], window: IntArray, weight: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Where every shape begins (r,) in the steps of all series, one after the other; its window, -1 for none; its size.
+
+    What no shape is in, or no window, counts as a shape in none.
+    """
+    number = np.concatenate([s.number for s in series])
+    owner = np.where(number >= 0, np.tile(window, len(series)), -1)
+    change = (np.diff(number, prepend=number[:1]) != 0) | (np.diff(owner, prepend=owner[:1]) != 0)
+    change[:: len(window)] = True
+    begin = np.flatnonzero(change)
+    size = np.concatenate([np.abs(s.mean) @ weight[s.places] for s in series])
+    return begin, owner[begin], np.add.reduceat(size, begin)
+
+
+def _weight(series: Sequence[_Series], channels: int) -> FloatArray:
+    """Inverse (channels,) of the largest that any shape does to each channel."""
+    most = np.zeros(channels)
+    for s in series:
+        most[s.places] = np.maximum(most[s.places], np.abs(s.mean).max(axis=0))
+    return np.asarray(1.0 / (most + 1e-300))
 
 
 def _series_of(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
@@ -154,14 +177,15 @@ def _slow(
     change, _ = _places(logged, begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5))
     apart = min(MOST_APART, 2 + math.ceil(lasting / logged.sample_time))
     spread = _intervals(logged) / math.sqrt(12.0)
-    still, step = drive(structure, p, stretch).fine, 0.5 * part
+    still, step = _put_in(structure, p, stretch, name), 0.5 * part
     which = np.cumsum(logged.good) - 1
     for turn in range(apart):
-        moved = drive(structure, p, _moved(stretch, name, step * (which % apart == turn))).fine
+        moved = _put_in(structure, p, _moved(stretch, name, step * (which % apart == turn)), name)
         owner = change - (change - turn) % apart
         size = np.where(owner >= 0, spread[np.maximum(owner, 0)], 0.0)
         number = owner.reshape(-1, SUBSTEPS).max(axis=1)
-        yield _Series(np.maximum(number, -1), *straight_lines((moved - still) * (size / step), SUBSTEPS))
+        lines = straight_lines((moved - still) * (size / step), SUBSTEPS)
+        yield _Series(np.maximum(number, -1), *lines, np.arange(len(still)))
 
 
 def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
@@ -171,18 +195,17 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     change, x = _places(logged, at)
     by_delay = _by_delay(structure, p, stretch, name)
-    acts = tuple(np.flatnonzero(by_delay.any(axis=1)).tolist())
+    acts = np.flatnonzero(by_delay.any(axis=1))
     changes = int(change.max()) + 1
-    total = np.array([np.bincount(change, row * part, changes) for row in by_delay[list(acts)]])
+    total = np.array([np.bincount(change, row * part, changes) for row in by_delay[acts]])
     moved = total.reshape(len(acts), changes)[:, change]
     inside, apart = (x > 0.0) & (x < 1.0), math.ceil(stretch.h / logged.sample_time) + 1
-    turns = [inside & (change % apart == turn) for turn in range(apart)]
-    numbers = [np.where(mine, change, -1).reshape(-1, SUBSTEPS).max(axis=1) for mine in turns]
+    turns = np.array([inside & (change % apart == turn) for turn in range(apart)])
+    numbers = np.where(turns, change, -1).reshape(apart, -1, SUBSTEPS).max(axis=2)
     for k in _showing(logged.sample_time, stretch.h):
-        wave = _spread(k, logged.held) * np.sin(k * math.pi * x)
+        wave = moved * (_spread(k, logged.held) * np.sin(k * math.pi * x))
         for mine, number in zip(turns, numbers, strict=True):
-            lines = straight_lines(moved * (wave * mine), SUBSTEPS)
-            yield _Series(number, *(among(len(by_delay), acts, part) for part in lines))
+            yield _Series(number, *straight_lines(wave * mine, SUBSTEPS), acts)
 
 
 def _showing(interval: float, step: float) -> tuple[int, ...]:
@@ -216,11 +239,16 @@ def _intervals(logged: Measurement) -> FloatArray:
 
 def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
     """Derivatives (channels, steps · SUBSTEPS) of the channels by a delay of one input."""
-    step, values = 0.5 * stretch.h / SUBSTEPS, values_of(structure, p)
+    step = 0.5 * stretch.h / SUBSTEPS
+    later, earlier = (_put_in(structure, p, _moved(stretch, name, shift), name) for shift in (step, -step))
+    return (later - earlier) / (2.0 * step)
+
+
+def _put_in(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
+    """What all that may answer to an input puts into the channels (channels, steps · SUBSTEPS)."""
     out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
-    for shift in (step, -step):
-        for share in shares_of(structure, p, values, _moved(stretch, name, shift), (name,)):
-            out[list(share.places)] += share.fine / (2.0 * shift)
+    for share in shares_of(structure, p, values_of(structure, p), stretch, (name,)):
+        out[list(share.places)] += share.fine
     return out
 
 

@@ -28,7 +28,7 @@ from identify.drive import drive
 from identify.first_states import begun, state_precision
 from identify.fitted import Fitted
 from identify.kernel import NX
-from identify.noise import low_frequency_ratio, size_ratio
+from identify.noise import errors_by_stream, low_frequency_ratio, size_ratio
 from identify.whitening import whitening_of
 from identify.windows import Problem, Window, moments, tangents_of
 
@@ -130,7 +130,8 @@ def _left(bare: Problem, fitted: Fitted, answers: tuple[FloatArray, ...]) -> Flo
     now = moments(bare, s.structure, s.p, s.first)
     places = [(w.stretch, w.samples) for w in bare.windows]
     now = replace(now, white=lambda k, e: white.whitened(k, *places[k], bare.less_known(bare.windows[k], e)))
-    ratio = [max(r(bare, now, k) for r in (size_ratio, low_frequency_ratio)) for k in range(4)]
+    h = bare.stretches[0].h
+    ratio = [max(size_ratio(e), low_frequency_ratio(e, h)) for e in errors_by_stream(bare, now)]
     return np.asarray(np.maximum(ratio, 1.0), dtype=float)
 
 

@@ -7,7 +7,7 @@ density at low frequency, so that a slow error does not count as many independen
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,11 @@ from identify.windows import Problem
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
+#: Times (m,) and errors (m, axes) of one stream in every window that it has samples in.
+Errors = Sequence[tuple[FloatArray, FloatArray]]
+
+#: Axes of position, heading, yaw rate and velocity; so few samples of one in a window say nothing.
+AXES, FEW = (2, 1, 1, 2), 8
 #: A lone error of more than this many times the stream's own size is an outlier; its σ is multiplied by ``ASIDE``.
 WILD, ASIDE = 7.0, 1e4
 #: Time lags at which errors are told smooth from rough, in steps of the integration: longer aboard what answers slowly.
@@ -31,41 +36,38 @@ SMOOTH_LAGS = (15.0, 45.0)
 MEMORY = 80.0
 
 
-def errors_by_stream(
-    problem: Problem, moments: Moments, kind: int
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Per window: times (m,) and errors (m, rows) of one stream, in units of its weight."""
+def errors_by_stream(problem: Problem, moments: Moments) -> tuple[Errors, ...]:
+    """Per stream, in the order of their kinds, its errors in every window, in units of its weight."""
+    found: tuple[list[tuple[FloatArray, FloatArray]], ...] = tuple([] for _ in AXES)
     for w, residual in zip(problem.windows, moments.residuals, strict=True):
-        samples = problem.stretches[w.stretch].samples
-        mine = samples.kind[w.samples] == kind
-        rows = 2 if kind in (kernel.POSITION, kernel.VELOCITY) else 1
-        if mine.sum() > 8:
-            yield samples.t[w.samples][mine], residual[mine, :rows]
+        t, kind = problem.stretches[w.stretch].samples.t[w.samples], problem.kinds(w)
+        for k, axes in enumerate(AXES):
+            mine = np.flatnonzero(kind == k)
+            if len(mine) > FEW:
+                found[k].append((t[mine], residual[mine, :axes]))
+    return tuple(found)
 
 
-def white_ratio(problem: Problem, moments: Moments, kind: int) -> float:
+def white_ratio(errors: Errors) -> float:
     """σ of the white part of a stream's errors over the σ that they were weighted with (robust against outliers)."""
-    steps = [np.diff(e, axis=0).ravel() for _, e in errors_by_stream(problem, moments, kind)]
-    if not steps:
+    if not errors:
         return 1.0
-    d = np.concatenate(steps)
+    d = np.concatenate([np.diff(e, axis=0).ravel() for _, e in errors])
     limit = 4.0 * 1.4826 * float(np.median(np.abs(d))) + 1e-12
     inside = np.abs(d) <= limit
     return float(np.sqrt(np.mean(d[inside] ** 2) / 2.0))
 
 
-def low_frequency_ratio(problem: Problem, moments: Moments, kind: int) -> float:
+def low_frequency_ratio(errors: Errors, h: float) -> float:
     """Standard deviation that a slow average of the errors has, over that which white noise of weight 1 would give.
 
-    The autocovariance is summed until it has died out (initial positive sequence), at most over ``MEMORY``.
+    The autocovariance is summed until it has died out (initial positive sequence), at most over ``MEMORY`` steps ``h``.
     """
-    errors = list(errors_by_stream(problem, moments, kind))
     if not errors:
         return 1.0
     n = sum(e.size for _, e in errors)
     interval = float(np.median(np.concatenate([np.diff(t) for t, _ in errors])))
-    memory = MEMORY * problem.stretches[0].h
-    lags = max(2, min(int(memory / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
+    lags = max(2, min(int(MEMORY * h / max(interval, 1e-3)), min(len(e) for _, e in errors) // 2))
     covariance = _autocovariance([c for _, e in errors for c in e.T], lags) / n
     noise = 2.0 * covariance[0] / np.sqrt(n)
     died = np.nonzero(covariance[1:] < noise)[0]
@@ -87,9 +89,9 @@ def smoothness(problem: Problem, moments: Moments, kind: int) -> float:
     power 1 for a wander (first-order Gauss-Markov noise). The power is taken one standard error low (jackknife over
     windows), since few windows of a slow error tell little.
     """
-    h = problem.stretches[0].h
-    sums = [_increments(problem, moments, kind, lag * h) for lag in SMOOTH_LAGS]
-    white = 2.0 * (white_ratio(problem, moments, kind)) ** 2
+    h, errors = problem.stretches[0].h, errors_by_stream(problem, moments)[kind]
+    sums = [_increments(errors, lag * h) for lag in SMOOTH_LAGS]
+    white = 2.0 * white_ratio(errors) ** 2
     if any(len(s) == 0 for s in sums) or len(sums[0]) != len(sums[1]):
         return 0.0
     totals = np.array([s.sum(axis=0) for s in sums])
@@ -138,10 +140,10 @@ def _power(totals: FloatArray, white: float) -> float | None:
     return float(np.log(growth) / np.log(SMOOTH_LAGS[1] / SMOOTH_LAGS[0]))
 
 
-def _increments(problem: Problem, moments: Moments, kind: int, lag: float) -> FloatArray:
+def _increments(errors: Errors, lag: float) -> FloatArray:
     """Sum of squared increments of the errors over a time lag, s, and their count, per window (w, 2)."""
     found = []
-    for t, e in errors_by_stream(problem, moments, kind):
+    for t, e in errors:
         k = max(1, round(lag / float(np.median(np.diff(t)))))
         if len(e) > 2 * k:
             step = e[k:] - e[:-k]
@@ -149,10 +151,11 @@ def _increments(problem: Problem, moments: Moments, kind: int, lag: float) -> Fl
     return np.array(found)
 
 
-def size_ratio(problem: Problem, moments: Moments, kind: int) -> float:
+def size_ratio(errors: Errors) -> float:
     """Root mean square of a stream's errors, over the σ that they were weighted with."""
-    errors = [e for _, e in errors_by_stream(problem, moments, kind)]
-    return float(np.sqrt(sum(np.sum(e**2) for e in errors) / sum(e.size for e in errors))) if errors else 1.0
+    if not errors:
+        return 1.0
+    return float(np.sqrt(sum(np.sum(e**2) for _, e in errors) / sum(e.size for _, e in errors)))
 
 
 def calibrated(problem: Problem, solution: Solution | Settled) -> Problem:
@@ -161,11 +164,9 @@ def calibrated(problem: Problem, solution: Solution | Settled) -> Problem:
     What the inputs hide between their samples stays as it is.
     """
     bare = replace(problem, inflation=np.ones(4))
-    seen = _bare(problem, bare, solution.moments)
-    found = [
-        [ratio(bare, seen, k) for k in range(4)] for ratio in (white_ratio, size_ratio, low_frequency_ratio)
-    ]
-    white, size, slow = np.array(found)
+    seen, h = _bare(problem, bare, solution.moments), problem.stretches[0].h
+    each = errors_by_stream(bare, seen)
+    white, size, slow = np.array([(white_ratio(e), size_ratio(e), low_frequency_ratio(e, h)) for e in each]).T
     white = np.maximum(white, 1e-6)
     inflation = np.maximum(size / white, 1.0)
     dispersion = np.maximum(slow / (white * inflation), 1.0)

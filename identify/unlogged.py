@@ -147,8 +147,9 @@ def most_likely(
     are logged often hide nothing; nor do any that could not account for one in ten of the squared errors, by some of
     the windows.
     """
-    asked = (fine or not _often(problem)) and _accounts(problem, structure, p, raw)
+    asked = fine or not _often(problem)
     most = (unlogged if asked else nothing_hidden)(problem, structure, p)
+    most = most if _accounts(problem, most.answers, raw) else nothing_hidden(problem, structure, p)
     if fine and any(a.effect.air for a in structure.actives):
         most = _with_gusts(problem, most, raw)
     most = with_pushes(problem, most, pushes)
@@ -179,16 +180,14 @@ def nothing_hidden(problem: Problem, structure: Structure, p: FloatArray) -> Unl
     return Unlogged(structure, p, 1.0, problem.windows, none)
 
 
-def _accounts(problem: Problem, structure: Structure, p: FloatArray, raw: Sequence[FloatArray]) -> bool:
+def _accounts(problem: Problem, answers: Sequence[FloatArray], raw: Sequence[FloatArray]) -> bool:
     """Whether the answers, with the noise, could account for a tenth of the squared errors of some windows."""
     some = slice(None, None, max(1, len(problem.windows) // ASKED))
-    problem, raw = replace(problem, windows=problem.windows[some]), raw[some]
-    known = unlogged(problem, structure, p)
     error = power = 0.0
-    for w, e in zip(problem.windows, raw, strict=True):
+    for w, e in zip(problem.windows[some], raw[some], strict=True):
         steady, e = problem.kinds(w) != kernel.POSITION, problem.less_known(w, e)
         error += float(np.sum(e[steady] ** 2))
-        power += e[steady].size + float(np.sum(weighted(problem, known.answers, w)[steady] ** 2))
+        power += e[steady].size + float(np.sum(weighted(problem, answers, w)[steady] ** 2))
     return power > TENTH * error
 
 
@@ -219,16 +218,17 @@ def _gains_in(
     steady = (problem.kinds(window) != kernel.POSITION)[:, None]
     answers, e = weighted(problem, between, window) * steady[:, :, None], error * steady
     beside = within(problem, sure, window) * steady[:, :, None]
-    gains = np.zeros(len(SHARES))
+    gains, e = np.zeros(len(SHARES)), e.ravel()
     if beside.shape[2]:
         power, vectors = eigen(beside)
-        gains += _gain(np.einsum("mak,ma->k", vectors, e), power)
-        columns = np.concatenate([answers, e[:, :, None]], axis=2)
-        less = (1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * np.einsum("mak,maj->kj", vectors, columns)
-        columns = columns - np.einsum("mak,kj->maj", vectors, less)
-        answers, e = columns[:, :, :-1], columns[:, :, -1]
+        vectors = vectors.reshape(len(e), len(power))
+        gains += _gain(vectors.T @ e, power)
+        columns = np.column_stack([answers.reshape(len(e), answers.shape[2]), e])
+        columns -= vectors @ ((1.0 - 1.0 / np.sqrt(1.0 + power))[:, None] * (vectors.T @ columns))
+        answers, e = columns[:, :-1].reshape(answers.shape), columns[:, -1]
     power, vectors = eigen(answers)
-    return gains + _gain(np.einsum("mak,ma->k", vectors, e), np.array(SHARES)[:, None] * power)
+    along = vectors.reshape(len(e), len(power)).T @ e
+    return gains + _gain(along, np.array(SHARES)[:, None] * power)
 
 
 def _gain(along: FloatArray, power: FloatArray) -> FloatArray:
