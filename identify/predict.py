@@ -18,19 +18,33 @@ FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 #: Places of a stretch from which it is seen whether a model runs away.
 BEGINNINGS = 8
+#: Steps on either side of one over which its acceleration is taken.
+AROUND = 5
 
 
 def true_first_state(structure: Structure, d: Drive, stretch: Stretch, step: int = 0) -> FloatArray:
     """First state (8,) of the vessel from what the sensors show at a step: x, y, psi, u, v, r through the water.
 
-    An effect's own states are where the smoothed motion has brought them: a run that begins in a turn begins heeled.
+    An effect's own states are where the smoothed motion has brought them: a run that begins in a turn begins heeled. A
+    model's own is what the smoothed acceleration says of it.
     """
     state = true_states(structure, d.sensor, stretch, slice(step, step + 1))
     out = np.zeros(kernel.NX)
     out[:6] = through_water(state, d.current)[0]
     if structure.has_following_states:
         out[6:] = following_states(structure, d, stretch)[step]
+    elif structure.model.extra:
+        out[6] = _own_state(structure, d, stretch, out, step)
     return out
+
+
+def _own_state(structure: Structure, d: Drive, stretch: Stretch, state: FloatArray, step: int) -> float:
+    """The model's own state: what the equation that it drives lacks of the acceleration that the motion has there."""
+    [(dof, _, by)] = structure.model.fixed
+    column, part = "uvr".index(dof), slice(max(0, step - AROUND), step + AROUND + 1)
+    seen = through_water(true_states(structure, d.sensor, stretch, part), d.current)[:, 3 + column]
+    rate = float(np.polyfit(stretch.h * np.arange(len(seen), dtype=float), seen, 1)[0])
+    return (rate - float(accelerations_at(structure, d, state, min(step, stretch.steps - 1))[column])) / by
 
 
 def run(
