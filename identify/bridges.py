@@ -184,8 +184,8 @@ def _slow(
         owner = change - (change - turn) % apart
         size = np.where(owner >= 0, spread[np.maximum(owner, 0)], 0.0)
         number = owner.reshape(-1, SUBSTEPS).max(axis=1)
-        lines = straight_lines((moved - still) * (size / step), SUBSTEPS)
-        yield _Series(np.maximum(number, -1), *lines, np.arange(len(still)))
+        mean, slope = straight_lines((moved - still) * (size / step), SUBSTEPS)
+        yield _Series(np.maximum(number, -1), mean, slope, np.arange(len(still)))
 
 
 def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> Iterator[_Series]:
@@ -205,7 +205,8 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     for k in _showing(logged.sample_time, stretch.h):
         wave = moved * (_spread(k, logged.held) * np.sin(k * math.pi * x))
         for mine, number in zip(turns, numbers, strict=True):
-            yield _Series(number, *straight_lines(wave * mine, SUBSTEPS), acts)
+            mean, slope = straight_lines(wave * mine, SUBSTEPS)
+            yield _Series(number, mean, slope, acts)
 
 
 def _showing(interval: float, step: float) -> tuple[int, ...]:
