@@ -16,6 +16,7 @@ from validate.advice import NOTHING_SAILED, _once, advice_for
 from validate.diagnosis import TakenEffect, Verdict
 from validate.outcome import Outcome
 from validate.pace import Pace
+from validate.rounds import MOST_EFFECTS
 
 CHECK = {e.name: e.check for e in EFFECTS}
 EMPTY = Outcome(fitted=None, turns=(), standing=(), wiring=None)
@@ -27,6 +28,18 @@ def taken(name, input=None, alike=()):
 
 def advice(*effects, verdict=Verdict.AMBIGUOUS):
     return advice_for(verdict, effects, {"u": 0.0}, EMPTY, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("standing", "says"), [(MOST_EFFECTS, "no one or two effects"), (2, "nothing in the library")]
+)
+def test_that_many_effects_stand_in_for_something_else_is_said(monkeypatch, standing, says):
+    monkeypatch.setattr("validate.advice._slow_inputs", lambda _: [])
+    stands = SimpleNamespace(active=SimpleNamespace(effect=EFFECTS[0], label=EFFECTS[0].name))
+    outcome = replace(EMPTY, standing=(stands,) * standing)
+    words = advice_for(Verdict.UNEXPLAINED, (), {"u": 0.0, "r": 0.4}, outcome, 0.1)
+    assert f"In r, 40 % of the standard deviation is structure that {says} account" in words
+    assert ("it is probably none of them" in words) == (standing == MOST_EFFECTS)
 
 
 def test_a_check_is_said_once_however_many_inputs_it_is_about():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from validate import verdict
+from validate.rounds import MOST_EFFECTS
 
 
 @dataclass(frozen=True)
@@ -86,5 +87,22 @@ def test_what_is_said_of_unseen_logs_is_of_the_values_that_are_reported(monkeypa
     monkeypatch.setattr(verdict, "became", lambda _: ())
     windows = SimpleNamespace(problem=SimpleNamespace(swell=None))
     for reported in ("reported", None):
-        verdict.diagnose(None, SimpleNamespace(turns=()), windows, None, 0.1, reported)
+        verdict.diagnose(None, SimpleNamespace(turns=(), standing=()), windows, None, 0.1, reported)
     assert asked == ["reported", windows]
+
+
+@pytest.mark.parametrize(("standing", "left"), [(MOST_EFFECTS, {"r": 0.4}), (MOST_EFFECTS - 1, {})])
+def test_as_many_effects_as_are_ever_taken_stand_in_for_something_else(monkeypatch, standing, left):
+    """Two dead bands, two offsets and two asymmetries were taken of thrusters that push less astern: explained."""
+    monkeypatch.setattr(
+        verdict, "structured_share", lambda fit: {"r": 0.4} if fit.taken == 2 else {"r": 0.01}
+    )
+
+    def without(count):
+        structure = SimpleNamespace(actives=range(count))
+        return SimpleNamespace(
+            base=SimpleNamespace(taken=count, solution=SimpleNamespace(structure=structure))
+        )
+
+    outcome = SimpleNamespace(standing=("an effect",) * standing, turns=[without(n) for n in range(standing)])
+    assert verdict._stood_in_for(outcome) == left

@@ -18,6 +18,7 @@ from validate.diagnosis import TakenEffect, Verdict
 from validate.judgement import INDISTINCT
 from validate.outcome import Outcome
 from validate.report.words import joined, percent
+from validate.rounds import MOST_EFFECTS
 
 #: Inputs logged less often than every so many s are worth a word.
 SLOW = 0.15
@@ -54,12 +55,7 @@ def advice_for(
     if any(t.fitted.name == "wind" for t in taken):
         parts += _gusts(outcome)
     if verdict is Verdict.UNEXPLAINED:
-        worst = max(left, key=lambda c: left[c])
-        parts.append(
-            f"In {worst}, {percent(left[worst])} of the standard deviation is structure that nothing in the library "
-            f"accounts for (material above {100 * materiality:.0f} %). Look at the residuals in the report: when, at "
-            "which heading, speed and input they grow."
-        )
+        parts.append(_unexplained(left, outcome, materiality))
     if outcome.refuted:
         parts.append(
             f"Taken back: {_once(outcome.refuted)}: windows of the logs to identify on are fitted better so, unseen "
@@ -84,6 +80,20 @@ def advice_for(
         rest = _immaterial(left, materiality) or "Nothing to add."
         parts.append(f"{rest} Other speeds and amplitudes than those of these logs remain untested.")
     return " ".join(parts)
+
+
+def _unexplained(left: Mapping[str, float], outcome: Outcome, materiality: float) -> str:
+    """What is said of structure that matters."""
+    worst, many = max(left, key=lambda c: left[c]), len(outcome.standing) >= MOST_EFFECTS
+    nothing = "no one or two effects" if many else "nothing in the library"
+    together = (
+        "Those named above, as many as ever are taken, make up for it together; it is probably none of them. "
+    )
+    return (
+        f"In {worst}, {percent(left[worst])} of the standard deviation is structure that {nothing} accounts for "
+        f"(material above {100 * materiality:.0f} %). {together if many else ''}Look at the residuals in the report: "
+        "when, at which heading, speed and input they grow."
+    )
 
 
 def _immaterial(left: Mapping[str, float], materiality: float) -> str:

@@ -26,12 +26,14 @@ from validate.outcome import Outcome
 from validate.pushes import without_pushes
 from validate.report.labels import NOT_REFITTED, in_order
 from validate.residual_tests import residual_tests
-from validate.rounds import Turn
+from validate.rounds import MOST_EFFECTS, Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
 
 #: Above this share of a channel's spread whole logs are predicted worse than by its mean.
 ASTRAY = 1.0
+#: Of as many effects as ever are taken so many are believed to be causes.
+BELIEVABLE = 2
 
 
 def diagnose(
@@ -53,6 +55,7 @@ def diagnose(
     left = {
         c: x * np.sqrt(max(0.0, 1.0 - share.get(c, 0.0))) for c, x in _left(prepared, plain, told).items()
     }
+    left |= {c: x for c, x in _stood_in_for(outcome).items() if x > left[c]}
     verdict = _verdict(taken, left, materiality)
     rounds = tuple(_round(t, b) for t, b in zip(outcome.turns, became(outcome), strict=True))
     undetermined = _undetermined(prepared, told, left, materiality)
@@ -67,6 +70,17 @@ def _taken(outcome: Outcome) -> tuple[TakenEffect, ...]:
         TakenEffect(fitted_effect(structure, p, covariance, k)[0], s.p_value, s.look_alikes)
         for k, s in enumerate(outcome.standing)
     )
+
+
+def _stood_in_for(outcome: Outcome) -> dict[str, float]:
+    """What is left beside the first few effects where as many as ever are taken stand: nothing where there are fewer.
+
+    Causes come one or two at a time; so many together make up for one that is none of them.
+    """
+    if len(outcome.standing) < MOST_EFFECTS:
+        return {}
+    few = [t.base for t in outcome.turns if len(t.base.solution.structure.actives) <= BELIEVABLE]
+    return structured_share(few[-1])
 
 
 def _left(prepared: Prepared, fitted: Fitted, reported: Fitted) -> dict[str, float]:
