@@ -60,7 +60,7 @@ def rounds(
         Where the search that it is held against (``within``) is out of its reach.
     """
     again, repeats, waves, barred = 0, False, None, within.barred
-    fitted = _with_slow_errors_known(fitted, pace, barred)
+    fitted, looked = _with_slow_errors_known(fitted, pace, barred)
     while fitted.chi2_per_dof > enough:
         if within.first.is_out_of_reach(fitted, stuck=False):
             raise GivenUp
@@ -71,7 +71,8 @@ def rounds(
                 fitted = instead[1]
                 continue
             fitted = pruned(fitted, pace)  # what was taken without may have followed them
-        turn = _turn(fitted, pace, barred, again=repeats)
+        turn = looked[1] if looked and looked[0] is fitted else _turn(fitted, pace, barred, again=repeats)
+        looked = None
         wandering = _wandering(turn)
         if wandering:
             fitted = wandering
@@ -103,17 +104,21 @@ def rounds(
     return fitted
 
 
-def _with_slow_errors_known(fitted: Fitted, pace: Pace, barred: Names) -> Fitted:
+def _with_slow_errors_known(
+    fitted: Fitted, pace: Pace, barred: Names
+) -> tuple[Fitted, tuple[Fitted, Turn] | None]:
     """A fit that knows of slow errors for which no cause is sought: a receiver's, or those of any compass.
 
     A compass's are believed where no one cause takes all of them: in a good compass a slow actuator shows no larger.
+    The second is the round in which that was looked for, where one does, and the fit that it began with.
     """
     if not fitted.is_off:
-        return with_wander_known(fitted)
+        return with_wander_known(fitted), None
     known = with_slight_compass_known(fitted)
-    taken = None if known is fitted else _turn(fitted, pace, barred).taken
+    turn = None if known is fitted else _turn(fitted, pace, barred)
+    taken = turn.taken if turn else None
     cause = taken is not None and not taken.fitted.is_off and taken.fitted.slow < SLOWLY
-    return fitted if cause else known
+    return (fitted, (fitted, turn)) if turn and cause else (known, None)
 
 
 def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
