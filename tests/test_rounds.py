@@ -101,6 +101,26 @@ def test_what_a_thorough_look_finds_is_taken(play):
     assert [t.taken for t in turns] == [clock, None]
 
 
+def test_a_thorough_look_refits_what_none_has_refitted(play):
+    """Under the same weights it would come to the same."""
+    names, refitted = ("current", "wind", "actuator_lag"), []
+
+    def judge(base, chosen, *_):
+        refitted.append([s.active.label for s in chosen])
+        return base, [Judged(label, fit(1.4), evidence=-1.0) for label in refitted[-1]]
+
+    def look(_fitted, _screened, thorough):
+        each = [SimpleNamespace(active=SimpleNamespace(label=n), leads=False) for n in names]
+        return each if thorough else each[:1]
+
+    play(candidates=lambda _: [], screen=lambda *_: [], in_likeliest_sets=lambda *_: [], ways=lambda *_: 0)
+    play(finalists=look, judge=judge)
+    turns = []
+    rounds(fit(1.5), turns, Pace())
+    assert refitted == [["current"], ["wind", "actuator_lag"]]
+    assert {j.label for j in turns[0].judged} == set(names)
+
+
 def test_what_shows_beside_pushes_alone_is_taken_beside_them(play):
     """As so many times the noise they hide it."""
     loss, end, pushed = Judged("thrust_loss_with_speed", fit(1.0)), fit(1.0, "with it"), fit(1.05, "pushed")

@@ -81,7 +81,7 @@ def rounds(
         if turn.taken is None and within.first.is_out_of_reach(fitted, stuck=True):
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
-            turn = _turn(turn.base, pace, barred, thorough=True)
+            turn = _thorough(turn, pace, barred)
         swaying = _in_waves(fitted, turn) if within.waves else None
         if swaying:
             fitted = swaying
@@ -128,19 +128,30 @@ def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
     return under(recalibrated(base.problem, base.solution), base, 20)
 
 
+def _thorough(turn: Turn, pace: Pace, barred: Names) -> Turn:
+    """A round that came to nothing gone on with: the best of every effect and form but for what it refitted."""
+    other = _turn(turn.base, pace, barred, thorough=True, but=frozenset(j.label for j in turn.judged))
+    return replace(other, judged=(*other.judged, *turn.judged))
+
+
 def _turn(
-    fitted: Fitted, pace: Pace, barred: Names = NONE, thorough: bool = False, again: bool = False
+    fitted: Fitted,
+    pace: Pace,
+    barred: Names = NONE,
+    thorough: bool = False,
+    again: bool = False,
+    but: Names = NONE,
 ) -> Turn:
     """One round: every candidate looked at, the most promising refitted and judged, one taken or none.
 
-    If it is to be ``thorough``, the best of every effect and form, whatever a first order promises. When it looks
-    ``again``, nothing leads: a fit from scratch is what it was.
+    If it is to be ``thorough``, the best of every effect and form, whatever a first order promises, ``but`` for some
+    labels. When it looks ``again``, nothing leads: a fit from scratch is what it was.
     """
     actives = [a for a in candidates(fitted.solution.structure) if a.effect.name not in barred]
     pace.expect(1 + FINALISTS, ANOTHER + LAST)
     pace(f"a look at {len(actives)} causes")
     screened = screen(fitted, [*actives, *in_likeliest_sets(fitted, actives)])
-    chosen = finalists(fitted, screened, thorough)
+    chosen = [s for s in finalists(fitted, screened, thorough) if s.active.label not in but]
     chosen = [replace(s, leads=False) for s in chosen] if again else chosen
     pace.expect(len(chosen), (ANOTHER if chosen else 0.0) + LAST)
     base, judged = (
