@@ -179,6 +179,9 @@ class Effect:
     stepwise : callable
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
+    bends : callable
+        ``bends(options)``: whether it bends what an input does about its zero. Two that do on one input follow any curve
+        there, and are no two causes.
     rewire : callable
         ``rewire(options, {input: series}) -> {input: series}``: inputs exchanged or reversed.
     gain : callable
@@ -219,6 +222,7 @@ class Effect:
     lasting: Callable[[Values, float], float] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
     stepwise: Callable[[Mapping[str, object]], bool] | None = None
+    bends: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None
     gain: Callable[[Values, FloatArray], FloatArray] | None = None
     current: Callable[[Values], tuple[float, float]] | None = None

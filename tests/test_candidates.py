@@ -18,6 +18,7 @@ from validate import candidates as looked_at
 from validate.candidates import (
     Screened,
     _screen_at_null,
+    bend_alike,
     candidates,
     readings,
     screen,
@@ -46,6 +47,21 @@ def test_a_clock_a_little_late_is_looked_at_from_where_the_inputs_are_ahead_alre
     (seen,) = screen(fitted, clock)
     assert bool(seen.gain > 8.0) is promises
     assert not promises or seen.p[-1] == pytest.approx(offset - structure.input_lead[0], abs=0.01)
+
+
+def test_what_bends_an_input_about_its_zero_is_not_looked_at_beside_what_does_too():
+    """Two dead bands and two offsets followed the thrust of propellers that push less astern, and were no causes."""
+    ship, trials = trials_of("catamaran", ("random", "zigzag"), 30.0, 5, ())
+    bare = prepare(trials, ship.model).structure
+    every = {a.label: a for a in candidates(bare)}
+    dead = every["actuator_deadband (left, neutral, shifted)"]
+    gone = every.keys() - {a.label for a in candidates(bare.with_effect(dead))}
+    assert "actuator_offset (left)" in gone
+    assert "actuator_offset (right)" not in gone
+    play = bare.with_effect(every["actuator_deadband (left, play)"])
+    assert "actuator_offset (left)" in {a.label for a in candidates(play)}
+    offset = every["actuator_offset (left)"]
+    assert [bend_alike(a, offset) for a in (dead, every["actuator_offset (right)"])] == [True, False]
 
 
 def test_no_actuator_is_begun_before_its_order():

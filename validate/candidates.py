@@ -50,7 +50,7 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
     """Every variant of every effect that makes sense here and is not in the structure yet; wiring is tested apart.
 
     What an input has in one form (a dead band) it does not have in another besides; inputs have it alike where all of
-    them move.
+    them move. What bends an input about its zero is not looked at beside another that does.
     """
     taken = {plainly_read(a).label for a in structure.actives}
     had = {(a.effect.name, name) for a in structure.actives for name in a.variant.inputs}
@@ -61,8 +61,15 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
         for variant in effect.variants(structure.setting)
         if (active := Active(effect, variant)).label not in taken
         if not had.intersection((effect.name, name) for name in variant.inputs)
+        if not any(bend_alike(active, other) for other in structure.actives)
         if _moves(structure, active) and _all_move(structure, variant)
     ]
+
+
+def bend_alike(one: Active, other: Active) -> bool:
+    """Whether two causes bend what one input does about its zero."""
+    both = all(a.effect.bends and a.effect.bends(a.variant.options) for a in (one, other))
+    return both and not set(one.variant.inputs).isdisjoint(other.variant.inputs)
 
 
 def plainly_read(active: Active) -> Active:

@@ -20,7 +20,7 @@ from identify.first_states import first_states
 from identify.fitted import FAR, Fitted
 from identify.noise import dispersed_cost
 from identify.output_error import solve
-from validate.candidates import candidates, prior_of, screen_at
+from validate.candidates import bend_alike, candidates, prior_of, screen_at
 from validate.first_order import first_order
 from validate.judgement import SETTLED, Judged, judged_under, least_gain, worthwhile
 from validate.pace import Pace
@@ -96,6 +96,8 @@ def promises(base: Fitted, actives: Sequence[Active], without: int | None = None
     found = []
     for pair in combinations(places, 2):
         a, b = sorted(pair, key=lambda k: -alone[k])
+        if bend_alike(actives[a], actives[b]):
+            continue
         gain = known.gain(np.concatenate([places[a], places[b]])) - known.loss
         found.append(Promise((actives[a], actives[b]), gain))
     return found

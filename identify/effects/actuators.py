@@ -106,6 +106,7 @@ ACTUATOR_DEADBAND = Effect(
     actuator=_deadband,
     begins=lambda o: o["form"] == "play",
     stepwise=lambda o: o["form"] == "neutral" and o.get("shape") != "shifted",
+    bends=lambda o: o["form"] == "neutral",
     variants=lambda s: _each(s, *_FORMS),
 )  # fmt: skip
 
@@ -117,6 +118,7 @@ ACTUATOR_OFFSET = Effect(
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("offset", "input's unit", 0.05, relative=True, believed=_NEAR_ZERO),),
     actuator=lambda p, a, *_: displaced(*a, p["offset"]),
+    bends=lambda _: True,
     variants=lambda s: [Variant(i.name) for i in s.inputs],  # each is trimmed by itself
 )  # fmt: skip
 
