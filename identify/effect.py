@@ -180,8 +180,8 @@ class Effect:
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
     bends : callable
-        ``bends(options)``: whether it bends what an input does about its zero. Two that do on one input follow any curve
-        there, and are no two causes.
+        ``bends(options)``: whether it bends what an input does about its zero. Two that do on one input follow any
+        curve there, and are no two causes.
     rewire : callable
         ``rewire(options, {input: series}) -> {input: series}``: inputs exchanged or reversed.
     gain : callable
