@@ -98,3 +98,39 @@ def test_an_attitude_sensor_without_stamps_runs_by_itself_beside_a_receiver():
     fixed, told = (tables[name].index.to_numpy() / SECOND for name in ("NAV-PVT", "VNYMR"))
     np.testing.assert_allclose(told - fixed[0], turns - fixes[0], rtol=0.0, atol=0.02)
     assert np.median(told - fixed[0] - (turns - fixes[0])) == pytest.approx(0.0, abs=0.005)
+
+
+def stream(*devices):
+    """Stated times, kinds and owners of records of devices, (times, kind, own, stated) each, in the order of time."""
+    t = np.concatenate([d[0] for d in devices])
+    order = np.argsort(t, kind="stable")
+    kind, own, states = (
+        np.concatenate([np.full(len(d[0]), d[k]) for d in devices])[order] for k in (1, 2, 3)
+    )
+    stated = np.where(states.astype(bool), np.rint(t[order] * SECOND), UNKNOWN).astype(np.int64)
+    return t[order], stated, kind.astype(np.int64), own.astype(bool)
+
+
+@pytest.mark.parametrize("phase", [0.25, 0.5, 0.93])
+def test_a_compass_under_the_receiver_s_name_that_sends_long_after_its_burst_has_its_own_time(phase):
+    """Each heading had the time of the fix before it: early by up to a second, otherwise in every log."""
+    fixes = 1000.1 + np.arange(300.0)
+    gyro, rudder = 1000.0 + 0.1 * np.arange(3000), 1000.03 + 0.2 * np.arange(1500)
+    t, stated, kind, own = stream(
+        (fixes, 0, 1, 1), (gyro, 1, 0, 0), (rudder, 2, 0, 0), (fixes + phase, 3, 1, 0)
+    )
+    ns, unsure = spread(stated, kind, own)
+    late = (ns / SECOND - t)[kind == 3][:-1]
+    assert np.abs(late).max() < 0.11
+    assert unsure[kind == 3].max() < 0.11
+
+
+@pytest.mark.parametrize("sentences", [1, 5, 9])
+def test_what_a_receiver_sends_in_one_burst_is_of_one_moment_however_slow_the_line(sentences):
+    """At 4800 baud a burst lasts most of a second, and what other devices send goes on within it."""
+    fixes = 1000.0 + np.arange(60.0)
+    burst = [(fixes + 0.1 * k, k, 1, k == 0) for k in range(1 + sentences)]
+    _, stated, kind, own = stream(*burst, (1000.05 + 0.1 * np.arange(600), 20, 0, 0))
+    ns, _ = spread(stated, kind, own)
+    for k in range(1, 1 + sentences):
+        np.testing.assert_allclose(ns[kind == k] / SECOND, fixes, atol=1e-6)

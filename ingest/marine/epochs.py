@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ingest.clock import continue_clock
 from ingest.gps_time import GPS_EPOCH_NS, leap_seconds
 from ingest.log import Finding
+from ingest.marine.bursts import in_bursts
 from ingest.marine.cadence import by_rate
 from ingest.marine.definitions import GNSS_TALKERS
 from ingest.marine.sentences import Rows
@@ -212,7 +213,8 @@ def spread(stated: Integers, kinds: Integers, own: Flags) -> tuple[Integers, Flo
     An epoch lasts from a record with a new time to the next such record. What the device sends that tells the time
     belongs to its epoch: of a kind that comes once per epoch, each record has the time of its epoch; of one that comes
     k times, the j-th is j/k of the epoch later. Any other device runs by itself, and only the order of arrival tells
-    when: at its own rate where it has one (``ingest.marine.cadence``), else in the middle of its share of the epoch.
+    when: at its own rate where it has one (``ingest.marine.cadence``), else in the middle of its share of the epoch. So
+    with what the first sends long after its burst (``ingest.marine.bursts``), between what all others sent.
 
     Parameters
     ----------
@@ -234,6 +236,8 @@ def spread(stated: Integers, kinds: Integers, own: Flags) -> tuple[Integers, Flo
     times = stated[leader]
     steps = np.diff(times)
     usual = int(np.median(steps)) if len(steps) else SECOND
+    aside = own & ~in_bursts(leader, kinds, own, stated != UNKNOWN)
+    own = own & ~aside
     epoch = np.searchsorted(leader, np.arange(len(stated)), side="right") - 1
     group = pd.DataFrame({"epoch": epoch, "kind": kinds}).groupby(["epoch", "kind"], sort=False)["epoch"]
     rank, size = group.cumcount().to_numpy(np.int64), group.transform("size").to_numpy(np.int64)
@@ -246,13 +250,23 @@ def spread(stated: Integers, kinds: Integers, own: Flags) -> tuple[Integers, Flo
     shared = begins[epoch + 1] + lasts[epoch + 1] * rank // size + np.where(own, 0, share // 2)
     unsure = np.where(own | (stated != UNKNOWN), 0.0, 0.5 * share)
     within = np.concatenate(([-np.inf], times - times[0], [np.inf]))
-    for mine in _each_kind(kinds, ~own & (stated == UNKNOWN)):
-        place = epoch[mine]
-        found, half = by_rate(within[place + 1], within[place + 2], (shared[mine] - times[0]).astype(float))
-        good = np.isfinite(found)
-        shared[mine[good]] = times[0] + np.rint(found[good]).astype(np.int64)
-        unsure[mine[good]] = half[good]
-    return np.where(stated == UNKNOWN, shared, stated), unsure / SECOND
+    shared = np.where(stated == UNKNOWN, shared, stated)
+    bounds = within[epoch + 1], within[epoch + 2]
+    for some in (~own & ~aside, aside):
+        for mine in _each_kind(kinds, some & (stated == UNKNOWN)):
+            rough = (shared[mine] - times[0]).astype(float)
+            found, half = by_rate(bounds[0][mine], bounds[1][mine], rough)
+            good = np.isfinite(found)
+            shared[mine[good]] = times[0] + np.rint(found[good]).astype(np.int64)
+            unsure[mine[good]] = half[good]
+        bounds = _between((shared - times[0]).astype(float), ~aside)
+    return shared, unsure / SECOND
+
+
+def _between(times: Floats, known: Flags) -> tuple[Floats, Floats]:
+    """Between which of the records (n,) whose times are ``known`` each came, as far as these are in order."""
+    before, after = np.where(known, times, -np.inf), np.where(known, times, np.inf)
+    return np.maximum.accumulate(before), np.minimum.accumulate(after[::-1])[::-1]
 
 
 def _each_kind(kinds: Integers, chosen: Flags) -> list[Integers]:
