@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from scipy.stats import chi2
 
 from identify.braked import braked
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
 from identify.fitted import NEAR, Fitted
+from identify.free_running import is_lost
 from identify.in_common import in_common
 from identify.noise import calibrated
 from identify.output_error import solve
 from identify.parameter_covariance import covariance_of
 from identify.scattered import with_scatter
+from identify.settled import settled
 from identify.windows import cut
 from preprocess.cores import side_by_side
+
+#: Steps of a fit over longer windows.
+LONGER = 20
+#: Values from whole logs are as near in windows where chance takes them farther in fewer than this share of cases.
+BY_CHANCE = 1e-3
 
 
 def sharpest(fitted: Fitted) -> Fitted:
@@ -65,6 +75,39 @@ def _as_a_whole(fitted: Fitted) -> Fitted | None:
     problem = calibrated(problem, solution)
     solution = solve(problem, structure, solution.p, solution.first, fitted.prior, anchor=first, budget=10)
     return Fitted(problem, fitted.prior, solution)
+
+
+def steadied(fitted: Fitted) -> Fitted:
+    """A fit that is lost over its own logs with values that it is not lost with, where its windows are as near so.
+
+    What windows hardly tell (the sway of a vessel whose receiver is coarse) may have any value in them, one that drives
+    a free run too. Logs tell more of it the longer they are followed: over windows twice as long each time.
+    """
+    if fitted.chi2_per_dof > NEAR or not is_lost(fitted):
+        return fitted
+    longer = _followed_longer(braked(fitted))
+    if longer is None or longer.chi2_per_dof > NEAR:
+        return fitted
+    s, p = fitted.solution, longer.solution.p
+    first, anchor = settled(fitted.problem, s.structure, p).first, first_states(fitted.problem)
+    found = solve(fitted.problem, s.structure, p, first, fitted.prior, anchor=anchor, budget=0)
+    steady = replace(fitted, solution=found)
+    as_near = found.total - s.total < float(chi2.isf(BY_CHANCE, len(p)))
+    return steady if as_near and not is_lost(steady) else fitted
+
+
+def _followed_longer(fitted: Fitted) -> Fitted | None:
+    """The fit gone on with over windows twice as long, and again, up to whole logs; None where it runs away."""
+    structure, longest = fitted.solution.structure, max(s.steps * s.h for s in fitted.problem.stretches)
+    while fitted.problem.length < longest:
+        problem = cut(fitted.problem.stretches, 2.0 * fitted.problem.length).weighted_as(fitted.problem)
+        p, anchor = fitted.solution.p, first_states(problem)
+        first = settled(problem, structure, p).first
+        solution = solve(problem, structure, p, first, fitted.prior, anchor=anchor, budget=LONGER)
+        if not np.isfinite(solution.cost):
+            return None
+        fitted = replace(fitted, problem=problem, solution=solution)
+    return fitted
 
 
 def _is_whole(fitted: Fitted) -> bool:

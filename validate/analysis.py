@@ -22,7 +22,7 @@ from identify.prepare import Prepared
 from identify.references import OUTPUT_ERROR, SMOOTHER, in_full
 from identify.report_fit import equations, make_fit
 from identify.richer_model import richer_model
-from identify.whole_windows import sharpest
+from identify.whole_windows import sharpest, steadied
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.begins import begun_in
@@ -95,7 +95,7 @@ def analyse(
             trials, richer, estimator, optimiser, seed, loop, progress, outcome
         )
     if outcome:
-        outcome = replace(outcome, fitted=begun_in(outcome.fitted, prepared.validate))
+        outcome = replace(outcome, fitted=steadied(begun_in(outcome.fitted, prepared.validate)))
     windowed = _windowed(estimator, optimiser)
     declared = _nearest_bare(declared, outcome) if windowed else declared
     progress("validate", "", 0.0)
