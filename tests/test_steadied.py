@@ -42,7 +42,9 @@ def test_values_that_windows_leave_open_are_those_that_whole_logs_are_followed_w
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("NEAR", 0.5), ("BY_CHANCE", 0.9999)], ids=["far from the noise", "windows against it"]
+    ("name", "value"),
+    [("NEAR", 0.5), ("BY_CHANCE", 0.9999)],
+    ids=["far from the noise", "windows against it"],
 )
 def test_a_fit_far_from_the_noise_or_whose_windows_lose_by_it_stays_as_it_was(lost, name, value, monkeypatch):
     assert is_lost(lost)
