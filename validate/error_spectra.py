@@ -19,7 +19,7 @@ from identify.first_states import begun
 from identify.fitted import Fitted
 from identify.predict import accelerations_at, run, shown
 from identify.regression import through_water
-from identify.stretch import KIND, Stretch
+from identify.stretch import KIND, Samples, Stretch
 from identify.structure import Structure
 from identify.windows import Problem, Window, moments
 from validate.tables import held_at
@@ -36,6 +36,8 @@ LOWEST_CYCLES = 1.5
 FASTEST = 25.0
 #: Spectra go up to this share of the Nyquist frequency; a stream of its own says nothing beyond a little more.
 UP_TO, AT_MOST = 0.8, 0.9
+#: A spectrum steps where a stream ends beside which the other's noise is so many times as large.
+STEP = 2.0
 #: So many times its noise has a stream of what it says nothing of.
 ENDLESS = 1e12
 
@@ -104,13 +106,32 @@ def _order(structure: Structure) -> FloatArray:
 
 
 def _interval(fitted: Fitted) -> float:
-    """Longest of the streams' usual intervals between samples that the accelerations need, s."""
-    longest = 0.0
+    """Longest of the intervals between samples of what tells the velocities and of what tells the yaw rate, s.
+
+    Of two streams that tell one thing the faster counts, unless its noise is so much the larger where the other ends
+    that a spectrum of both would have a step there, beside which no line is smooth.
+    """
     samples = [s.samples for s in fitted.problem.stretches]
+    longest = 0.0
     for kinds in ((kernel.POSITION, kernel.VELOCITY), (kernel.HEADING, kernel.YAW_RATE)):
-        steps = [np.diff(s.t[s.kind == k]) for k in kinds for s in samples if (s.kind == k).sum() > 2]
-        longest = max(longest, min((float(np.median(d)) for d in steps), default=0.0))
+        told = sorted(x for k, power in zip(kinds, (2.0, 0.0), strict=True) for x in _told(samples, k, power))
+        if len(told) == 2:
+            (fast, *_), (slow, *_) = told
+            one, other = (noise * (np.pi / slow) ** power for _, power, noise in told)
+            longest = max(longest, fast if one < STEP * other else slow)
+        else:
+            longest = max([longest, *(interval for interval, *_ in told)])
     return longest
+
+
+def _told(samples: Sequence[Samples], kind: int, power: float) -> list[tuple[float, float, float]]:
+    """Usual interval of one stream, s, the power of frequency that its noise in a rate grows with, and its density."""
+    mine = [(s.t[s.kind == kind], s.sigma[s.kind == kind]) for s in samples if (s.kind == kind).sum() > 2]
+    if not mine:
+        return []
+    interval = min(float(np.median(np.diff(t))) for t, _ in mine)
+    sigma = float(np.median(np.concatenate([x for _, x in mine])))
+    return [(interval, power, sigma**2 * interval)]
 
 
 def _look(
