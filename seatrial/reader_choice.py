@@ -16,18 +16,24 @@ if TYPE_CHECKING:
 
 CAMPAIGN = "campaign.toml"
 #: What a dialect may say; ``mavlink`` names a dialect of MAVLink.
+#: Keys of a campaign's tables that name signals.
+SIGNALS = ("signal", "latitude", "longitude", "north", "east", "forward", "starboard", "speed", "direction")
 KEYS = ("columns", "skip", "delimiter", "decimal", "encoding", "mavlink")
 
 
 @dataclass(frozen=True)
 class ReaderChoice:
-    """Arguments of ``read_log``; ``told_by`` is the campaign that they come from, where one does."""
+    """Arguments of ``read_log``; ``told_by`` is the campaign that they come from, where one does.
+
+    ``declared`` are the signals that it declares, by quantity and for ``input NAME``.
+    """
 
     format: str | None = None
     dialect: Mapping[str, object] = field(default_factory=dict)
     topics: tuple[str, ...] | None = None
     dbc: Path | None = None
     told_by: Path | None = None
+    declared: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, path: Path) -> Log:
         """The log at ``path``, read as chosen; every topic that was asked for is in it."""
@@ -138,7 +144,20 @@ def told_beside(path: Path) -> ReaderChoice | None:
         dialect if isinstance(dialect, dict) else {},
         dbc=file.parent / dbc if isinstance(dbc, str) else None,
         told_by=file,
+        declared=declared_in(said),
     )
+
+
+def declared_in(said: Mapping[str, object]) -> dict[str, str]:
+    """The signals that a campaign declares, by quantity and for ``input NAME``; what is no declaration is passed over."""
+    found: dict[str, str] = {}
+    for table, prefix in (("sensors", ""), ("inputs", "input ")):
+        entries = said.get(table)
+        for name, entry in entries.items() if isinstance(entries, dict) else ():
+            own = entry if isinstance(entry, dict) else {}
+            signals = [own[k] for k in SIGNALS if isinstance(own.get(k), str)]
+            found |= {f"{prefix}{name}": " + ".join(signals)} if signals else {}
+    return found
 
 
 def is_of(entry: object, campaign: Path, path: Path) -> bool:

@@ -12,7 +12,7 @@ import pytest
 
 from ingest.errors import UsageError
 from ingest.log import Log, Source
-from seatrial.cli.inspect_command import as_json
+from seatrial.cli.inspect_command import as_json, command
 from seatrial.inspection import inspect_log
 from seatrial.reader_choice import KEYS, ReaderChoice, checked_dbc, chosen_for, dialect_of
 
@@ -86,8 +86,36 @@ def test_a_campaign_beside_the_log_says_how_to_read_it(log):
     assert chosen_for(log.parent / "third.csv", ReaderChoice()) == ReaderChoice()
 
 
+def test_what_the_campaign_beside_a_log_declares_is_not_missed(tmp_path, capsys):
+    """Nothing looked like a position that was declared, and its northing N like a propeller."""
+    log = tmp_path / "run.csv"
+    rows = "\n".join(f"{0.1 * i:.1f};{i * 0.5:.2f};{i * 0.25:.2f};{i % 360};{i % 7}" for i in range(50))
+    log.write_text(f"t;N;E;Kurs rw.;Schub\n{rows}\n")
+    command([log])
+    bare = capsys.readouterr().out
+    assert "Nothing looks like position" in bare
+    (tmp_path / "campaign.toml").write_text(
+        '[sensors.position]\nnorth = "N"\neast = "E"\n[sensors.heading]\nsignal = "Kurs rw."\nunit = "deg"\n'
+        '[inputs.port]\nkind = "thruster"\nsignal = "Schub"\n[inputs.odd]\nsignal = 3\n[[log]]\npath = "run.csv"\n'
+    )
+    command([log])
+    told = capsys.readouterr().out
+    assert "Nothing looks like" not in told
+    assert "propeller" not in told
+    for line in ("position: N + E", "heading: Kurs rw.", "input port: Schub"):
+        assert f"Declared as {line}" in told
+
+
 @pytest.mark.parametrize(
-    "text", ["", "[[log]", "log = 3", "[[log]]\npath = 3", '[[log]]\npath = "run.dat"\nformat = 7']
+    "text",
+    [
+        "",
+        "[[log]",
+        "log = 3",
+        "sensors = 3\n[[log]]\npath = 'run.dat'",
+        "[[log]]\npath = 3",
+        '[[log]]\npath = "run.dat"\nformat = 7',
+    ],
 )
 def test_a_broken_campaign_beside_the_log_is_no_obstacle(log, text):
     (log.parent / "campaign.toml").write_text(text)

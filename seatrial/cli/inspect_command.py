@@ -9,6 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from seatrial.inspection import LogFacts
+    from seatrial.reader_choice import ReaderChoice
 
 
 def command(
@@ -50,7 +51,7 @@ def command(
             progress("ingest", path.name)
             facts.append(inspect_log(choice.read(path)))
         if not json:
-            print_facts(facts[-1], choice.told_by)
+            print_facts(facts[-1], choice)
     if json:
         typer.echo(as_json(facts))
 
@@ -64,8 +65,9 @@ def as_json(facts: list[LogFacts]) -> str:
     return json.dumps(plain[0] if len(plain) == 1 else plain, indent=2, ensure_ascii=False)
 
 
-def print_facts(facts: LogFacts, told_by: Path | None) -> None:
-    """Facts of one log as tables that fit 80 columns."""
+def print_facts(facts: LogFacts, choice: ReaderChoice) -> None:
+    """Facts of one log, read as chosen, as tables that fit 80 columns."""
     from seatrial.cli.tables import inspection_tables, say
 
-    say(*inspection_tables(facts), *((f"Read as {told_by} says.",) if told_by else ()))
+    told = (f"Read as {choice.told_by} says.",) if choice.told_by else ()
+    say(*inspection_tables(facts, choice.declared), *told)

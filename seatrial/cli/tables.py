@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
+from types import MappingProxyType
 
 from rich import box
 from rich.console import Console, RenderableType
@@ -48,18 +49,23 @@ def table_of(columns: Sequence[str], rows: Iterable[Sequence[str]], right: Seque
     return table
 
 
-def inspection_tables(facts: LogFacts) -> Iterator[RenderableType]:
-    """What ``seatrial inspect`` prints of one log."""
+def inspection_tables(
+    facts: LogFacts, declared: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[RenderableType]:
+    """What ``seatrial inspect`` prints of one log; ``declared`` signals by quantity and ``input NAME``."""
     yield Text(facts.path, style="bold", no_wrap=True)
     yield Text(head_line(facts))
     yield from (Text(f"  {line}") for line in finding_lines(facts))
     yield Text("")
-    shown = [c for c in facts.candidates if c.moves or c.quantity != "input"]
+    told = {signal for signals in declared.values() for signal in signals.split(" + ")}
+    open_ = [c for c in facts.candidates if told.isdisjoint(c.signal.split(" + "))]
+    shown = [c for c in open_ if c.moves or c.quantity != "input"]
     if shown:
         yield candidate_table(shown)
-    if len(shown) < len(facts.candidates):
-        yield Text(f"and {len(facts.candidates) - len(shown)} inputs that never move (--json shows all)")
-    yield from (Text(line, style="yellow") for line in missing_lines(facts.candidates))
+    if len(shown) < len(open_):
+        yield Text(f"and {len(open_) - len(shown)} inputs that never move (--json shows all)")
+    yield from (Text(f"Declared as {kind}: {signal}") for kind, signal in declared.items())
+    yield from (Text(line, style="yellow") for line in missing_lines(facts.candidates, declared))
     yield Text("")
     yield topic_table(facts.topics)
 
@@ -108,9 +114,9 @@ def values(c: Candidate) -> str:
     return "\n".join(filter(None, (f"{span(c.low, c.high)} {c.unit}".strip(), *c.quality.split(", "))))
 
 
-def missing_lines(candidates: Sequence[Candidate]) -> Iterator[str]:
-    """What a run needs and was not recognised."""
-    there = {c.quantity for c in candidates}
+def missing_lines(candidates: Sequence[Candidate], declared: Mapping[str, str]) -> Iterator[str]:
+    """What a run needs and was neither recognised nor declared."""
+    there = {*declared, *(c.quantity for c in candidates)}
     for quantity in ("position", "heading"):
         if quantity not in there:
             yield f"Nothing looks like {quantity}: name its signal under [sensors.{quantity}]."
