@@ -149,7 +149,7 @@ def told_beside(path: Path) -> ReaderChoice | None:
 
 
 def declared_in(said: Mapping[str, object]) -> dict[str, str]:
-    """The signals that a campaign declares, by quantity and for ``input NAME``; what is no declaration is passed over."""
+    """The signals that a campaign declares, by quantity and for ``input NAME``; what is none is passed over."""
     found: dict[str, str] = {}
     for table, prefix in (("sensors", ""), ("inputs", "input ")):
         entries = said.get(table)
