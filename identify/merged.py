@@ -1,8 +1,8 @@
-"""Samples that a model cannot tell apart taken together: a sensor says at fifty hertz what half a step says as well.
+"""Samples that a model cannot tell apart taken together: a sensor says at fifty hertz what a step says as well.
 
-The mean of what was measured within half a step, at the mean of the times, weighted as the sensors are believed. Less
-what a curve's mean is off the curve at the mean time, by the smoothed motion: nothing is lost but work, for sums over
-the samples are most of it.
+The mean of what was measured within half a step, or within a whole one where a sensor is faster than that, at the mean
+of the times, weighted as the sensors are believed. Less what a curve's mean is off the curve at the mean time, by the
+smoothed motion: nothing is lost but work, for sums over the samples are most of it.
 """
 
 from __future__ import annotations
@@ -15,16 +15,20 @@ from scipy.interpolate import CubicSpline
 from identify.stretch import STREAMS, Samples, Stretch
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 #: Samples within this share of a step are taken together.
 SHARE = 0.5
+#: ... within all of it those of a sensor that usually says more than one thing in this share of it.
+FAST = 0.6
 
 
 def merged(stretch: Stretch) -> Stretch:
-    """The stretch with the samples of every sensor within half a step taken together."""
+    """The stretch with the samples of every sensor within half a step, or a whole one, taken together."""
     samples = stretch.samples
-    place = np.floor((samples.t - stretch.start) / (SHARE * stretch.h)).astype(np.int64)
+    every = np.where(_fast(samples, FAST * stretch.h)[samples.kind], stretch.h, SHARE * stretch.h)
+    place = np.floor((samples.t - stretch.start) / every).astype(np.int64)
     place = place * len(STREAMS) + samples.kind
     _, first, which = np.unique(place, return_index=True, return_inverse=True)
     if len(first) == len(place):
@@ -33,6 +37,12 @@ def merged(stretch: Stretch) -> Stretch:
     left = samples.value - _seen(motion, samples.t, samples.kind)
     mean = _means(replace(samples, value=left), first, which)
     return replace(stretch, samples=replace(mean, value=mean.value + _seen(motion, mean.t, mean.kind)))
+
+
+def _fast(samples: Samples, interval: float) -> BoolArray:
+    """Which kinds of samples usually come within an interval, s."""
+    steps = [np.diff(samples.t[samples.kind == k]) for k in range(len(STREAMS))]
+    return np.array([len(d) > 0 and float(np.median(d)) < interval for d in steps])
 
 
 def _means(samples: Samples, first: IntArray, which: IntArray) -> Samples:

@@ -1,4 +1,4 @@
-"""Samples within half a step taken together: what they say stays, and there are fewer."""
+"""Samples within a step, or half of one, taken together: what they say stays, and there are fewer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from identification_samples import trials_of
 from scipy.interpolate import CubicSpline
 
 from identify.kernel import HEADING, YAW_RATE
-from identify.merged import SHARE, merged
+from identify.merged import merged
 from identify.prepare import with_pooled_noise
 from identify.stretch import Samples, stretches_of
 
@@ -32,7 +32,7 @@ def fast(kind, rate, noise=0.0, sigma=0.01):
 def test_means_of_a_bent_path_lie_on_it(kind):
     stretch, true = fast(kind, 100.0)
     samples = merged(stretch).samples
-    assert len(samples.t) < 0.15 * len(stretch.samples.t)
+    assert len(samples.t) < 0.06 * len(stretch.samples.t)
     assert samples.value[:, 0] == pytest.approx(true(samples.t), abs=1e-9)
 
 
@@ -41,8 +41,15 @@ def test_noise_falls_as_that_of_a_mean():
     samples = merged(stretch).samples
     inside = samples.sigma < 1.2 * samples.sigma.min()
     error = (samples.value[:, 0] - true(samples.t))[inside]
-    assert samples.sigma[inside].mean() == pytest.approx(0.01 / np.sqrt(100.0 * SHARE * 0.2), rel=0.06)
+    assert samples.sigma[inside].mean() == pytest.approx(0.01 / np.sqrt(100.0 * 0.2), rel=0.06)
     assert error.std() == pytest.approx(samples.sigma[inside].mean(), rel=0.15)
+
+
+@pytest.mark.parametrize(("rate", "interval"), [(12.0, 0.2), (7.0, 1.0 / 7.0)], ids=["faster", "slower"])
+def test_a_sensor_that_is_faster_than_half_a_step_says_one_thing_in_each(rate, interval):
+    """A step is 0.2 s: of seven samples a second those alone go together that came within half of one."""
+    stretch, _ = fast(HEADING, rate)
+    assert np.mean(np.diff(merged(stretch).samples.t)) == pytest.approx(interval, rel=0.02)
 
 
 def test_what_comes_seldom_stays_as_it_is():
