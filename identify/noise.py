@@ -40,7 +40,8 @@ def errors_by_stream(problem: Problem, moments: Moments) -> tuple[Errors, ...]:
     """Per stream, in the order of their kinds, its errors in every window, in units of its weight."""
     found: tuple[list[tuple[FloatArray, FloatArray]], ...] = tuple([] for _ in AXES)
     for w, residual in zip(problem.windows, moments.residuals, strict=True):
-        t, kind = problem.stretches[w.stretch].samples.t[w.samples], problem.kinds(w)
+        samples = problem.stretches[w.stretch].samples
+        t, kind = samples.t[w.samples], samples.kind[w.samples]
         for k, axes in enumerate(AXES):
             mine = np.flatnonzero(kind == k)
             if len(mine) > FEW:
