@@ -106,3 +106,5 @@ def test_as_many_effects_as_are_ever_taken_stand_in_for_something_else(monkeypat
 
     outcome = SimpleNamespace(standing=("an effect",) * standing, turns=[without(n) for n in range(standing)])
     assert verdict._stood_in_for(outcome) == left
+    outcome.turns = outcome.turns[3:]  # a search that went on from many has none beside few
+    assert verdict._stood_in_for(outcome) == {}

@@ -80,7 +80,7 @@ def _stood_in_for(outcome: Outcome) -> dict[str, float]:
     if len(outcome.standing) < MOST_EFFECTS:
         return {}
     few = [t.base for t in outcome.turns if len(t.base.solution.structure.actives) <= BELIEVABLE]
-    return structured_share(few[-1])
+    return structured_share(few[-1]) if few else {}
 
 
 def _left(prepared: Prepared, fitted: Fitted, reported: Fitted) -> dict[str, float]:
