@@ -177,10 +177,10 @@ def _slow(
     change, _ = _places(logged, begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5))
     apart = min(MOST_APART, 2 + math.ceil(lasting / logged.sample_time))
     spread = _intervals(logged) / math.sqrt(12.0)
-    still, step = _put_in(structure, p, stretch, name), 0.5 * part
+    still, step = put_in(structure, p, stretch, name), 0.5 * part
     which = np.cumsum(logged.good) - 1
     for turn in range(apart):
-        moved = _put_in(structure, p, _moved(stretch, name, step * (which % apart == turn)), name)
+        moved = put_in(structure, p, _moved(stretch, name, step * (which % apart == turn)), name)
         owner = change - (change - turn) % apart
         size = np.where(owner >= 0, spread[np.maximum(owner, 0)], 0.0)
         number = owner.reshape(-1, SUBSTEPS).max(axis=1)
@@ -241,11 +241,11 @@ def _intervals(logged: Measurement) -> FloatArray:
 def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
     """Derivatives (channels, steps · SUBSTEPS) of the channels by a delay of one input."""
     step = 0.5 * stretch.h / SUBSTEPS
-    later, earlier = (_put_in(structure, p, _moved(stretch, name, shift), name) for shift in (step, -step))
+    later, earlier = (put_in(structure, p, _moved(stretch, name, shift), name) for shift in (step, -step))
     return (later - earlier) / (2.0 * step)
 
 
-def _put_in(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
+def put_in(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
     """What all that may answer to an input puts into the channels (channels, steps · SUBSTEPS)."""
     out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
     for share in shares_of(structure, p, values_of(structure, p), stretch, (name,)):

@@ -16,8 +16,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.acting import input_clocks, shares_of
-from identify.bridges import MOST, Shapes
+from identify.acting import input_clocks
+from identify.bridges import MOST, Shapes, put_in
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
@@ -117,12 +117,8 @@ def _answer(
 ) -> FloatArray:
     """What one standard deviation of rounding in some good samples changes the channels by (channels, fine times)."""
     half = 0.5 * stretch.inputs[name].quantum / math.sqrt(12.0)
-    values = [structure.values(p, e) for e in range(len(structure.actives))]
-    out = np.zeros((len(structure.table.channels), stretch.steps * SUBSTEPS))
-    for by in (half, -half):
-        for share in shares_of(structure, p, values, _off(stretch, name, by * samples), (name,)):
-            out[list(share.places)] += math.copysign(1.0, by) * share.fine
-    return out
+    more, less = (put_in(structure, p, _off(stretch, name, by * samples), name) for by in (half, -half))
+    return more - less
 
 
 def _off(stretch: Stretch, name: str, by: FloatArray) -> Stretch:
