@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from seatrial.campaign.faults import Fault
 
 CAMPAIGN = "campaign.toml"
-#: What a dialect may say; ``mavlink`` names a dialect of MAVLink.
 #: Keys of a campaign's tables that name signals.
 SIGNALS = ("signal", "latitude", "longitude", "north", "east", "forward", "starboard", "speed", "direction")
+#: What a dialect may say; ``mavlink`` names a dialect of MAVLink.
 KEYS = ("columns", "skip", "delimiter", "decimal", "encoding", "mavlink")
 
 

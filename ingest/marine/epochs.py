@@ -251,19 +251,19 @@ def spread(stated: Integers, kinds: Integers, own: Flags) -> tuple[Integers, Flo
     unsure = np.where(own | (stated != UNKNOWN), 0.0, 0.5 * share)
     within = np.concatenate(([-np.inf], times - times[0], [np.inf]))
     shared = np.where(stated == UNKNOWN, shared, stated)
-    bounds = within[epoch + 1], within[epoch + 2]
     for some in (~own & ~aside, aside):
+        others = _between(shared - times[0], ~aside) if some is aside else None
+        lower, upper = others or (within[epoch + 1], within[epoch + 2])
         for mine in _each_kind(kinds, some & (stated == UNKNOWN)):
             rough = (shared[mine] - times[0]).astype(float)
-            found, half = by_rate(bounds[0][mine], bounds[1][mine], rough)
+            found, half = by_rate(lower[mine], upper[mine], rough)
             good = np.isfinite(found)
             shared[mine[good]] = times[0] + np.rint(found[good]).astype(np.int64)
             unsure[mine[good]] = half[good]
-        bounds = _between((shared - times[0]).astype(float), ~aside)
     return shared, unsure / SECOND
 
 
-def _between(times: Floats, known: Flags) -> tuple[Floats, Floats]:
+def _between(times: Integers, known: Flags) -> tuple[Floats, Floats]:
     """Between which of the records (n,) whose times are ``known`` each came, as far as these are in order."""
     before, after = np.where(known, times, -np.inf), np.where(known, times, np.inf)
     return np.maximum.accumulate(before), np.minimum.accumulate(after[::-1])[::-1]
