@@ -49,6 +49,13 @@ def _kept(time, constant, at_a_rate):
 
 
 @njit(**_COMPILED)
+def _squared(target, off, time, constant, keep):
+    """Integral of the square of what comes to a target from so far off, of which ``keep`` is left after some time."""
+    square = target * target * time + 2.0 * target * off * constant * (1.0 - keep)
+    return square + 0.5 * off * off * constant * (1.0 - keep * keep)
+
+
+@njit(**_COMPILED)
 def _lagging(value, target, time, constant, keep):
     """Value after some time, which ``keep`` is left of, and the integrals of the value and of its square with sign."""
     if constant < 1e-9:
@@ -57,12 +64,12 @@ def _lagging(value, target, time, constant, keep):
     end = target + off * keep
     total = target * time + off * constant * (1.0 - keep)
     if value * end >= 0.0:
-        square = target * target * time + 2.0 * target * off * constant * (1.0 - keep)
-        square += 0.5 * off * off * constant * (1.0 - keep * keep)
-        return end, total, math.copysign(square, value + end)
-    middle = target + off * math.sqrt(keep)
-    square = value * abs(value) + 4.0 * middle * abs(middle) + end * abs(end)
-    return end, total, square * time / 6.0
+        return end, total, math.copysign(_squared(target, off, time, constant, keep), value + end)
+    crossed = -target / off
+    early = -constant * math.log(crossed)
+    before = _squared(target, off, early, constant, crossed)
+    after = _squared(target, -target, time - early, constant, keep / crossed)
+    return end, total, math.copysign(before, value) + math.copysign(after, end)
 
 
 @njit(**_COMPILED)

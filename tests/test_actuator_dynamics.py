@@ -31,6 +31,18 @@ def test_a_lag_is_first_order():
     assert np.allclose(first_order(command, np.zeros(len(command)), 0.01, 0.0, *NONE)[0], command, atol=1e-15)
 
 
+@pytest.mark.parametrize("lag", [1e-6, 1e-3, 5e-3, 0.05])
+def test_a_lag_through_zero_has_the_mean_thrust_of_its_path(lag):
+    """However fast: a command that jumps within no step is followed at once as its lag goes to nothing."""
+    dt, before, after = 0.0125, -0.5, 0.7
+    command = np.array([before, after, after])
+    mean, more = first_order(command, np.zeros(3), dt, lag, *NONE)
+    edges = np.linspace(0.0, 1.0, 400_001) ** 3 * dt  # finely where it is fast
+    path = after + (before - after) * np.exp(-edges / lag)
+    thrust = np.trapezoid(path * np.abs(path), edges) / dt
+    assert mean[1] * abs(mean[1]) + more[1] == pytest.approx(thrust, abs=1e-6)
+
+
 def test_a_rate_limit_bounds_the_rate():
     command = np.concatenate([np.zeros(20), np.ones(200), -np.ones(300)])
     out, _ = rate_limited(command, np.zeros(len(command)), 0.01, 0.8, *NONE)
