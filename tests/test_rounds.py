@@ -171,6 +171,9 @@ def test_headings_as_slowly_off_as_any_are_known_where_no_one_cause_takes_all_of
     assert rounds(begin, [], Pace()).name == believed
     assert [f.name for f in looked] == ["begin", believed]
     looked.clear()
+    assert rounds(begin, [], Pace(), enough=FAR).name == believed  # it is taken though that is near enough
+    assert [f.name for f in looked] == ["begin"]
+    looked.clear()
     near = fit(1.0, off=False)
     assert rounds(near, [], Pace()) is near  # that leaves nothing off
     assert looked == [near]

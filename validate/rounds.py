@@ -61,7 +61,7 @@ def rounds(
     """
     again, repeats, waves, barred = 0, False, None, within.barred
     fitted, looked = _with_slow_errors_known(fitted, pace, barred)
-    while fitted.chi2_per_dof > enough:
+    while fitted.chi2_per_dof > enough or (looked and looked[0] is fitted):
         if within.first.is_out_of_reach(fitted, stuck=False):
             raise GivenUp
         if fitted.problem.swell not in (None, waves):
