@@ -7,17 +7,16 @@ others again.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.actuator_dynamics import Before
-from identify.effect import Active
 from identify.flow import PARAMETERS, channel_of
-from identify.forces import THRUSTING, shares, thrust, together
+from identify.forces import THRUSTING, shares, thrust
 from identify.resample import straight_lines
 from identify.stretch import SUBSTEPS, Stretch
-from identify.structure import Structure
+from identify.structure import Rewiring, Structure
 from preprocess.vessel import Input
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -26,24 +25,17 @@ Values = Sequence[dict[str, float]]
 
 @dataclass(frozen=True)
 class Share:
-    """What inputs that act together put into the channels.
+    """What inputs that act together, the ``unit``, put into the channels.
 
     ``places`` (k,) of the channels that they drive; ``fine`` (k, n·SUBSTEPS) of those; ``mean`` and ``slope`` (n, nc)
     of the lines through it, in all channels.
     """
 
+    unit: tuple[Input, ...]
     places: tuple[int, ...]
     fine: FloatArray
     mean: FloatArray
     slope: FloatArray
-
-
-@dataclass(frozen=True)
-class _Rewired:
-    """Effects that exchange inputs; the same where their labels are."""
-
-    labels: tuple[str, ...]
-    actives: tuple[Active, ...] = field(compare=False)
 
 
 def shares_of(
@@ -52,12 +44,12 @@ def shares_of(
     """What every unit of inputs puts into the channels; or those alone that may answer to some of the inputs."""
     inputs, names = structure.inputs, structure.table.channels
     begins = input_clocks(structure, p, stretch, values)
-    rewired = _rewired(structure)
+    rewired = structure.rewiring
     found = []
-    for unit in together(inputs):
+    for unit in structure.units:
         if answering and not rewired.labels and not any(i.name in answering for i in unit):
             continue
-        if any(_touched(structure, i) for i in unit):
+        if any(i.name in structure.acted_on for i in unit):
             series = _series(structure, values, stretch, begins, unit)
             found.append(_share(names, inputs, unit, series, stretch))
         else:
@@ -94,7 +86,7 @@ def _untouched(
     inputs: tuple[Input, ...],
     unit: tuple[Input, ...],
     begins: tuple[tuple[str, float], ...],
-    rewired: _Rewired,
+    rewired: Rewiring,
 ) -> Share:
     """What inputs of one unit do on which no effect acts but delays and wiring."""
     series, switching = _logged(stretch, dict(begins), rewired, {i.name for i in unit})
@@ -111,7 +103,7 @@ def _share(
     places, fine = shares(names, inputs, unit, series)
     fine = fine.reshape(len(places), stretch.steps * SUBSTEPS)
     mean, slope = (among(len(names), places, lines) for lines in straight_lines(fine, SUBSTEPS))
-    return Share(places, fine, mean, slope)
+    return Share(unit, places, fine, mean, slope)
 
 
 def among(channels: int, places: tuple[int, ...], lines: FloatArray) -> FloatArray:
@@ -138,8 +130,8 @@ def _series(
 ) -> dict[str, FloatArray]:
     """Some inputs as the actuator made them, and their thrusts."""
     dt, names = stretch.h / SUBSTEPS, {i.name for i in some}
-    series, switching = _logged(stretch, begins, _rewired(structure), names)
-    before = _before(structure, stretch, begins)
+    series, switching = _logged(stretch, begins, structure.rewiring, names)
+    before = _before(structure, stretch, begins, names)
     for active, v in zip(structure.actives, values, strict=True):
         if not active.effect.actuator:
             continue
@@ -158,19 +150,22 @@ def _series(
     return series | forces
 
 
-def _before(structure: Structure, stretch: Stretch, begins: dict[str, float]) -> dict[str, Before]:
-    """What the inputs were before a stretch, as they are wired."""
-    found = {n: stretch.before(n, begin) for n, begin in begins.items()}
+def _before(
+    structure: Structure, stretch: Stretch, begins: dict[str, float], names: set[str]
+) -> dict[str, Before]:
+    """What some inputs were before a stretch, as they are wired."""
+    needed = begins if structure.rewiring.labels else {n: begins[n] for n in names}
+    found = {n: stretch.before(n, begin) for n, begin in needed.items()}
     told = {n: x.told for n, x in found.items()}
     lasted = {n: x.lasted for n, x in found.items()}
-    for active in _rewired(structure).actives:
+    for active in structure.rewiring.actives:
         if active.effect.rewire:
             told, lasted = (active.effect.rewire(active.variant.options, x) for x in (told, lasted))
     return {n: Before(told[n], np.abs(lasted[n])) for n in found}
 
 
 def _logged(
-    stretch: Stretch, begins: dict[str, float], rewired: _Rewired, names: set[str]
+    stretch: Stretch, begins: dict[str, float], rewired: Rewiring, names: set[str]
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """Some inputs' logged values on the fine grid as they are wired, and what switching adds to their square."""
     needed = begins if rewired.labels else {n: begins[n] for n in names}
@@ -192,20 +187,6 @@ def _thrusts(
             more = 0.0 if item.law == "linear" else switching[item.name]
             found[f"thrust {item.name}"] = thrust(item, series[item.name]) + more
     return found
-
-
-def _rewired(structure: Structure) -> _Rewired:
-    actives = tuple(a for a in structure.actives if a.effect.rewire)
-    return _Rewired(tuple(a.label for a in actives), actives)
-
-
-def _touched(structure: Structure, item: Input) -> bool:
-    """Whether an effect acts on an input, other than by a delay or by exchanging it."""
-    return any(
-        (a.effect.actuator is not None and item.name in a.variant.inputs)
-        or (a.effect.gain is not None and a.variant.acts_on(item.name))
-        for a in structure.actives
-    )
 
 
 def input_clocks(

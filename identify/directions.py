@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.acting import flow_channels, lead_slot, shares_of, summed
+from identify.acting import Share, flow_channels, lead_slot, shares_of, summed
 from identify.drive import Drive
 from identify.effect import Effect
 from identify.kernel import CHANNEL
-from identify.resample import rates, straight_lines
+from identify.resample import lines_of_rates
 from identify.steady import SteadySlopes, loaded, moved, steady_slopes, values_of
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
@@ -20,6 +20,8 @@ from identify.term import FACTORS
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
+#: How far a parameter is moved to tell what its inputs answer, as a part of how far it is to either side.
+NEAR = 0.1
 #: Where the air's velocity stands among the places that a parameter may move.
 AIR = (12, 13)
 #: Place, derivative and derivative of the slope (n,) of what a parameter moves over time.
@@ -84,7 +86,7 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
     n, slot = stretch.steps, structure.slots[k]
     if slot.effect >= 0:
         if _moves_inputs(structure.actives[slot.effect].effect):
-            yield from _by_input(structure, p, stretch, k)
+            yield from _by_input(structure, p, stretch, here, k)
     elif k == structure.u0_place:
         yield FACTORS.index("Δu"), np.full(n, -1.0), np.zeros(n)
     elif k == lead_slot(structure):
@@ -95,20 +97,39 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
             yield CHANNEL + structure.table.channels.index(carrying[k]), np.ones(n), np.zeros(n)
 
 
-def _by_input(structure: Structure, p: FloatArray, stretch: Stretch, k: int) -> Iterator[_Moving]:
-    """What a parameter moves by the inputs that it acts on."""
-    answering = structure.actives[structure.slots[k].effect].variant.inputs
+def _by_input(
+    structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, k: int
+) -> Iterator[_Moving]:
+    """What a parameter moves by the inputs that it acts on: to one side of what they do here, which is known.
+
+    What answers in steps is told from either side: between two of them nothing moves.
+    """
+    active = structure.actives[structure.slots[k].effect]
+    answering, stepwise = active.variant.inputs, active.effect.stepwise
+    jumps = stepwise is not None and stepwise(active.variant.options)
+    ends = [moved(structure, p, k, x) for x in ((1.0, -1.0) if jumps else (NEAR, -NEAR))]
+    end = ends[0] if ends[0][k] != p[k] else ends[1]
+    there = _shares(structure, end, stretch, answering)
+    units = {share.unit for share in there}
+    begin = ends[1] if jumps else p
+    others = (
+        _shares(structure, begin, stretch, answering)
+        if jumps
+        else [s for s in here.shares if s.unit in units]
+    )
     nothing = np.zeros(len(structure.table.channels))
-    ends = [moved(structure, p, k, sign) for sign in (1.0, -1.0)]
-    shares = (shares_of(structure, q, values_of(structure, q), stretch, answering) for q in ends)
-    (mean, slope), (less, flatter) = (summed(nothing, some, stretch) for some in shares)
-    width = ends[0][k] - ends[1][k]
+    (mean, slope), (less, flatter) = (summed(nothing, some, stretch) for some in (there, others))
+    width = end[k] - begin[k]
     yield from _changing((mean - less) / width, (slope - flatter) / width)
+
+
+def _shares(structure: Structure, p: FloatArray, stretch: Stretch, answering: tuple[str, ...]) -> list[Share]:
+    return shares_of(structure, p, values_of(structure, p), stretch, answering)
 
 
 def _by_lead(here: Drive, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
     """Derivatives (n, nc) of channels and slopes by a lead of all inputs: what they do a little later, they do now."""
-    mean, slope = straight_lines(rates(here.fine, stretch.h / SUBSTEPS), SUBSTEPS)
+    mean, slope = lines_of_rates(here.fine, SUBSTEPS, stretch.h / SUBSTEPS)
     return mean, slope
 
 

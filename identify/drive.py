@@ -40,7 +40,8 @@ class Drive:
     @cached_property
     def fine(self) -> FloatArray:
         """The channels (nc, n·SUBSTEPS) on the fine grid."""
-        out = np.repeat(self.constant[:, None], len(self.channels) * SUBSTEPS, axis=1)
+        out = np.empty((len(self.constant), len(self.channels) * SUBSTEPS))
+        out[...] = self.constant[:, None]
         for share in self.shares:
             out[list(share.places)] += share.fine
         return out

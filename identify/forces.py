@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial, reduce
+from functools import cache, partial, reduce
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def _of_thrust(unit: tuple[Input, ...], inputs: tuple[Input, ...], series: Serie
     force, pushes = series[f"thrust {item.name}"], _pushes(item, series, unit[1] if len(unit) > 1 else None)
     found: Shares = {f"{a}:{item.kind}": partial(_itself, p) for a, p in zip("TFN", pushes, strict=True)}
     found[f"P:{item.name}"] = lambda: force
-    if item in (screws := _screws(groups(inputs))):
+    if item in (screws := _screws(inputs)):
         found["n"] = lambda: _revolutions(item, force) / len(screws)
         found["|n|n"] = lambda: force
         found["|n|"] = lambda: np.abs(series[item.name])
@@ -120,8 +120,10 @@ def _itself(values: FloatArray) -> FloatArray:
     return values
 
 
-def _screws(kinds: Mapping[str, list[Input]]) -> list[Input]:
-    return kinds.get("propeller") or kinds.get("thruster") or []
+@cache
+def _screws(inputs: tuple[Input, ...]) -> tuple[Input, ...]:
+    kinds = groups(inputs)
+    return tuple(kinds.get("propeller") or kinds.get("thruster") or ())
 
 
 def _revolutions(item: Input, force: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify import flow
 from identify.effect import Active, Setting
-from identify.forces import channel_names
+from identify.forces import channel_names, together
 from identify.layout import Layout, layout_of
 from identify.models import MODEL_BY_NAME, Model, model_for, terms_for
 from identify.slot import CLOCK, U0, Slot
@@ -49,6 +49,14 @@ class Table:
     def equation_of(self) -> IntArray:
         """Equation that each coefficient belongs to."""
         return np.array([_EQUATION[t.dof] for t in self.terms], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Rewiring:
+    """Effects that exchange inputs; the same where their labels are."""
+
+    labels: tuple[str, ...]
+    actives: tuple[Active, ...] = field(compare=False)
 
 
 @dataclass(frozen=True)
@@ -179,6 +187,22 @@ class Structure:
         return {name: float(p[k]) for name, k in self.layout.named[effect]}
 
     @cached_property
+    def units(self) -> tuple[tuple[Input, ...], ...]:
+        """Inputs whose doings cannot be told apart (``identify.forces.together``)."""
+        return together(self.inputs)
+
+    @cached_property
+    def rewiring(self) -> Rewiring:
+        """What exchanges inputs."""
+        actives = tuple(a for a in self.actives if a.effect.rewire)
+        return Rewiring(tuple(a.label for a in actives), actives)
+
+    @cached_property
+    def acted_on(self) -> frozenset[str]:
+        """Inputs that an effect acts on, other than by a delay or by exchanging them."""
+        return frozenset(i.name for i in self.inputs if any(_acts(a, i.name) for a in self.actives))
+
+    @cached_property
     def layout(self) -> Layout:
         """Where what stands in its parameters and coefficients."""
         return layout_of(self)
@@ -192,6 +216,12 @@ class Structure:
     def simple(self) -> IntArray:
         """Indices of the parameters that are plain coefficients."""
         return np.array([k for k, s in enumerate(self.slots) if s.coefficient >= 0], dtype=np.int64)
+
+
+def _acts(active: Active, name: str) -> bool:
+    """Whether an effect acts on an input, other than by a delay or by exchanging it."""
+    moves = active.effect.actuator is not None and name in active.variant.inputs
+    return moves or (active.effect.gain is not None and active.variant.acts_on(name))
 
 
 def null_parameters(structure: Structure) -> FloatArray:

@@ -6,17 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identification_samples import PROPELLER, RUDDER, structure_of
+from identification_samples import MOTORS, PROPELLER, RUDDER, structure_of
 from test_kernel import stretch_of
 
 from identify.directions import all_directions, directions
 from identify.drive import drive, drives
 from identify.effect import Active, Variant
+from identify.effects.actuators import ACTUATOR_DEADBAND, ACTUATOR_LAG, ACTUATOR_OFFSET, ACTUATOR_RATE_LIMIT
 from identify.effects.sensors import HEADING_BIAS, MASS_CHANGE
 from identify.effects.water_and_air import CURRENT
 from identify.kernel import CHANNEL
 from identify.predict import accelerations_at
 from identify.regression import regressors, regressors_along
+from identify.steady import moved
 from identify.structure import null_parameters
 from identify.term import FACTORS
 
@@ -41,6 +43,39 @@ def test_a_lead_of_the_inputs_moves_the_channels_as_the_inputs_change():
         if which == lead:
             true = np.cumsum(slope[:, place - CHANNEL]) * stretch.h
             assert np.cumsum(column) * stretch.h == pytest.approx(true, abs=0.02 * np.ptp(true))
+
+
+@pytest.mark.parametrize(
+    ("effect", "options", "size"),
+    [
+        (ACTUATOR_LAG, {}, 0.4),
+        (ACTUATOR_LAG, {}, 0.0),
+        (ACTUATOR_RATE_LIMIT, {}, 0.8),
+        (ACTUATOR_OFFSET, {}, 0.03),
+        (ACTUATOR_DEADBAND, {"form": "neutral", "shape": "shifted"}, 0.1),
+        (ACTUATOR_DEADBAND, {"form": "neutral"}, None),
+    ],
+)  # fmt: skip
+def test_what_acts_on_an_input_moves_its_channels_as_a_difference_says(effect, options, size):
+    """Beside what acts on another input; from a bound as well, and about a value of the input that it passes."""
+    structure = structure_of("modulus", MOTORS)
+    for other in (Active(ACTUATOR_OFFSET, Variant("right")), Active(effect, Variant("left", options))):
+        structure = structure.with_effect(other)
+    stretch, p = stretch_of(MOTORS), null_parameters(structure)
+    k = next(k for k, s in enumerate(structure.slots) if s.effect == 1)
+    p[k] = np.abs(stretch.inputs["left"].value).min() if size is None else size
+    here = drive(structure, p, stretch)
+    ways = directions(structure, p, stretch, here)
+    ends = [moved(structure, p, k, x) for x in (1.0, -1.0)]
+    one, other = (drive(structure, q, stretch) for q in ends)
+    for found, name in ((ways.values, "channels"), (ways.slopes, "slopes")):
+        true = (getattr(one, name) - getattr(other, name)) / (ends[0][k] - ends[1][k])
+        mine = np.zeros_like(true)
+        for column, (place, g) in zip(found.T, ways.driven, strict=True):
+            if structure.general[g] == k:
+                mine[:, place - CHANNEL] = column
+        assert np.abs(true).max() > 0.0
+        assert np.linalg.norm(mine - true) < 0.02 * np.linalg.norm(true)
 
 
 def with_speed(**options):
