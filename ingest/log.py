@@ -114,6 +114,8 @@ class Log:
     unsure : mapping of str to float
         Topics whose times follow only from the order of the records: by how many seconds all rows of one may be early
         or late together.
+    senders : mapping of str to str
+        Who sends the messages of a topic, where a description of them says so.
     """
 
     path: Path
@@ -128,6 +130,7 @@ class Log:
     bytes_damaged: int = 0
     sources: tuple[Source, ...] = ()
     unsure: Mapping[str, float] = field(default_factory=dict)
+    senders: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def signals(self) -> list[str]:

@@ -184,6 +184,7 @@ def as_log(path: Path, contents: Contents, reader: Reader, decoded: Decoded) -> 
         bytes_damaged=decoded.bytes_damaged,
         sources=tuple(s for s in decoded.sources if s.topic in tables),
         unsure=decoded.unsure,
+        senders=decoded.senders,
     )
 
 

@@ -51,6 +51,7 @@ class Decoded:
     sources: tuple[Source, ...] = ()
     unsure: Mapping[str, float] = field(default_factory=dict)
     of_day_of_index_zero_ns: int | None = None
+    senders: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ _N2K = ("positionRapidUpdate", "gnssPositionData", "cogSogRapidUpdate")
 def sender_of(log: Log, source: Source) -> str:
     """Name of the receiver that a position or velocity comes from, else of the message.
 
-    A satellites' receiver sends both in several sentences of one epoch (NMEA 0183, UBX, NMEA 2000), or in several
-    topics with the same stamps (ROS); elsewhere what stands in one message is of one moment. A row of a table is no
-    message: there, velocities along the hull's axes are those of another sensor, and velocities over ground those of
-    the receiver.
+    A satellites' receiver sends both in several sentences of one epoch (NMEA 0183, UBX, NMEA 2000), in several
+    messages of one node (DBC), or in several topics with the same stamps (ROS); elsewhere what stands in one message is
+    of one moment. A row of a table is no message, and a node may send what others measure: there, velocities along the
+    hull's axes are those of another sensor, and velocities over ground those of the receiver.
     """
     from ingest.marine.definitions import GNSS_TALKERS
 
@@ -36,8 +36,9 @@ def sender_of(log: Log, source: Source) -> str:
         return source.topic if own is None else f"receiver [{own}]"
     if source.topic.startswith("/"):
         return _first_of_epoch(log, source.topic)
-    along = "forward" in source.fields and not source.topic
-    return f"{source.topic}{device}" + (" along the hull" if along else "")
+    said = log.senders.get(source.topic)
+    along = "forward" in source.fields and (said or not source.topic)
+    return f"{said or source.topic}{device}" + (" along the hull" if along else "")
 
 
 def _first_of_epoch(log: Log, topic: str) -> str:

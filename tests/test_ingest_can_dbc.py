@@ -85,6 +85,16 @@ def test_dbc_by_pgn_and_beside_nmea_2000(tmp_path):
     assert len(log.tables["rudder"]) == 60
 
 
+def test_the_node_of_a_message_is_its_sender_where_the_file_names_one(tmp_path):
+    path = tmp_path / "boat.dbc"
+    path.write_text(DBC.replace("BO_ 292 Paged: 8 Node", "BO_ 292 Paged: 8 Vector__XXX"))
+    frames = b"".join(
+        b"(%d.0) can0 %s#0100000000000000\n" % (k, i) for k in range(5) for i in (b"123", b"124")
+    )
+    log = log_of(READER["candump"], frames, options=ReadOptions(dbc=path))
+    assert set(log.tables) == {"Engine", "Paged"} and log.senders == {"Engine": "Node"}
+
+
 def test_dbc_messages_of_several_senders_and_buses(tmp_path):
     path = tmp_path / "boat.dbc"
     path.write_text(DBC.replace("Speed", "EngineSpeed"))

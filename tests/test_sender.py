@@ -46,6 +46,19 @@ def test_what_stands_in_one_message_has_one_sender_but_a_row_of_a_table_is_none(
     assert one_sender({"/odometry": {}}, "/odometry", "/odometry", hull)
 
 
+def test_messages_of_one_node_have_one_sender_but_for_what_it_sends_of_a_log():
+    """A velocity over ground is the receiver's, one along the hull's axes another sensor's."""
+    tables = dict.fromkeys(("Fix", "Course", "Drift", "Other"), FIX)
+    log = Log(
+        Path("a"), "made", tables, senders={"Fix": "NAV", "Course": "NAV", "Drift": "NAV", "Other": "DVL"}
+    )
+    hull = {"forward": "forward", "starboard": "starboard"}
+    fix = sender_of(log, Source("position", "Fix", POSITION, "deg"))
+    assert sender_of(log, Source("velocity", "Course", OVER_GROUND, "deg")) == fix
+    assert sender_of(log, Source("velocity", "Other", OVER_GROUND, "deg")) != fix
+    assert sender_of(log, Source("velocity", "Drift", hull, "m/s")) != fix
+
+
 def test_topics_with_the_stamps_of_one_epoch_have_one_sender():
     fix = table(np.arange(60.0), list(FIX.columns), np.ones((60, len(FIX.columns))))
     tables = {

@@ -45,7 +45,8 @@ def decode_dbc(frames: Frames, path: Path) -> tuple[Tables, Frames]:
         (name, s.name): s.unit for name, (message, _) in found.items() for s in message.signals if s.unit
     }
     notes = tuple(n for name, (message, mine) in found.items() for n in buses(message, mine))
-    return Tables(tables, units, notes, int((~free).sum())), frames.take(free)
+    senders = {name: message.senders[0] for name, (message, _) in found.items() if message.senders}
+    return Tables(tables, units, notes, int((~free).sum()), senders), frames.take(free)
 
 
 def buses(message: Message, frames: Frames) -> Iterator[Finding]:

@@ -57,6 +57,7 @@ def decoded(capture: Capture, options: ReadOptions) -> Decoded:
         found.messages + from_dbc.messages,
         capture.bytes_damaged,
         tuple(sorted((*sources(wanted), *(s for s in named if s.topic in wanted)), key=lambda s: -s.rank)),
+        senders={t: who for t, who in from_dbc.senders.items() if t in wanted},
     )
 
 

@@ -9,8 +9,8 @@ beyond the end of a short payload. Repeated fields are columns ``name[0]``, ``na
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -27,12 +27,13 @@ Wanted = Callable[[int, str], bool]
 
 @dataclass(frozen=True)
 class Tables:
-    """Decoded tables, their units, what was noticed, and the number of messages."""
+    """Decoded tables, their units, what was noticed, the number of messages, and who sends them, where that is said."""
 
     tables: dict[str, pd.DataFrame]
     units: dict[tuple[str, str], str]
     findings: tuple[Finding, ...] = ()
     messages: int = 0
+    senders: Mapping[str, str] = field(default_factory=dict)
 
 
 def decode(capture: Capture, wanted: Wanted) -> Tables:
