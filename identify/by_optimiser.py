@@ -20,10 +20,11 @@ from identify.noise import calibrated
 from identify.optimisers import OPTIMISERS, Minimum, StopReason, minimise
 from identify.output_error import Stopped, prior_for
 from identify.prepare import Prepared
-from identify.regression import coefficient_scales, start_by_regression, through_water
+from identify.regression import coefficient_scales, start_by_regression
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from identify.threads import abreast
+from identify.true_motion import through_water
 from identify.windows import Problem, Window, cut
 from preprocess.cores import granted
 

@@ -16,7 +16,8 @@ from identify.optimisers import OPTIMISERS
 from identify.output_error import Stopped
 from identify.own_bias import with_own_bias
 from identify.prepare import Prepared
-from identify.regression import accelerations, averaged, regressors, steps_of_slope
+from identify.regression import regressors
+from identify.slopes import accelerations, averaged, steps_of_slope
 from identify.slot import Slot
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters

@@ -18,7 +18,7 @@ from identify import kernel
 from identify.compiled import no_sensors, nothing_along, rows_of, sensing_of
 from identify.drive import Drive, drive
 from identify.predict import run
-from identify.regression import through_water
+from identify.true_motion import through_water
 
 if TYPE_CHECKING:
     from identify.structure import Structure

@@ -10,9 +10,9 @@ from scipy.linalg import expm
 
 from identify import kernel
 from identify.drive import Drive
-from identify.regression import through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.true_motion import through_water
 
 if TYPE_CHECKING:
     from identify.windows import Problem

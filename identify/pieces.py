@@ -14,11 +14,11 @@ from identify.chain import UVR, Chain, Piece
 from identify.compiled import nothing_along
 from identify.drive import Drive, drives
 from identify.kernel import NX
-from identify.regression import through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.tangents import Along, Run, run_for, sensitivities
 from identify.threads import abreast
+from identify.true_motion import through_water
 from preprocess.cores import granted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]

@@ -9,10 +9,9 @@ import numpy as np
 from identify import kernel
 from identify.drive import Drive, drive
 from identify.first_states import following_states
-from identify.regression import over_ground, through_water
 from identify.stretch import Stretch
 from identify.structure import Structure
-from identify.true_motion import arms, gyro_shown, heading_clock, true_states
+from identify.true_motion import arms, gyro_shown, heading_clock, over_ground, through_water, true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

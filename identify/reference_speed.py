@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import find_peaks
 
-from identify.regression import predicted, regressors, solve_regression, true_accelerations
+from identify.regression import predicted, regressors, solve_regression
+from identify.slopes import true_accelerations
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 

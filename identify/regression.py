@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import convolve1d
 from scipy.optimize import lsq_linear
 
 from identify.drive import Drive, drive
 from identify.flow import CHANNELS, RESULTS
 from identify.flow_behind import flow_along
 from identify.nondimensional import unit_size
+from identify.slopes import accelerations, true_accelerations
 from identify.slot import Slot
-from identify.steady import current_of, sensor_of
-from identify.stretch import Stretch, slopes_of
+from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.term import FACTORS, Term, factors_of, unit_of
-from identify.true_motion import true_states
+from identify.true_motion import through_water, true_states
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -28,22 +28,6 @@ INERTIA = {"u": 1.0, "v": 1.0, "r": 16.0}
 ABSURD = 10.0
 #: Factors of a hydrodynamic term.
 _MOTION = frozenset(("u", "v", "r", "|u|", "|v|", "|r|", "U", "Δu", "/U"))
-#: Steps either way over which an acceleration is the slope.
-SLOPE_STEPS = 5
-
-
-def through_water(states: FloatArray, current: FloatArray) -> FloatArray:
-    """States (n, 6) over ground to states with u, v through the water."""
-    out = states.copy()
-    c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
-    out[:, 3] -= current[0] * c + current[1] * s
-    out[:, 4] -= -current[0] * s + current[1] * c
-    return out
-
-
-def over_ground(states: FloatArray, current: FloatArray) -> FloatArray:
-    """States with u, v through the water to states (n, 6) over ground."""
-    return through_water(states, -current)
 
 
 def factor_values(
@@ -90,63 +74,44 @@ def regressors(
     return regressors_along(structure, d, acting, true_states(structure, d.sensor, stretch))
 
 
+class Motionwise(NamedTuple):
+    """What motion and air make of every term: products (n, terms) of its factors that are no inputs'.
+
+    ``water`` (n, 6) is the motion through the water at the middle of each step.
+    """
+
+    water: FloatArray
+    products: FloatArray
+
+
 def regressors_along(structure: Structure, d: Drive, acting: FloatArray, states: FloatArray) -> FloatArray:
     """The same along the motion ``states`` (n + 1, 6) over ground, by what acts (n, nc)."""
-    middle_water = through_water(0.5 * (states[1:] + states[:-1]), d.current)
-    values = factor_values(middle_water, d.wind, d.current, d.u0)
-    values |= {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
-    values |= flow_values(structure, middle_water, values)
-    out = np.empty((len(middle_water), len(structure.table.terms)))
-    for k, term in enumerate(structure.table.terms):
-        out[:, k] = reduce(np.multiply, [values[f] for f in factors_of(term.text)])
+    moving = motionwise(structure, d, states)
+    out = moving.products.copy()
+    out[:, [k for k, _ in structure.table.answering]] = answers(structure, moving, acting)
     return out * d.factor
 
 
-def accelerations(
-    stretch: Stretch,
-    window: int = SLOPE_STEPS,
-    states: FloatArray | None = None,
-    current: FloatArray | None = None,
-) -> FloatArray:
-    """Rates (n, 3) of u, v, r at the middle of each step, over ``window`` steps either way (a least-squares slope).
-
-    They are those of the smoothed states, or of ``states`` (n + 1, 6) in their place. Where a ``current`` (2,) flows
-    they are those through the water, as the forces on the hull make them: over ground a vessel that turns in a current
-    changes its velocity along its own axes without any force.
-    """
-    seen = stretch.states if states is None else states
-    if current is not None and current.any():
-        return slopes_of(through_water(seen, current), stretch.h, window)
-    return stretch.slopes(window) if seen is stretch.states else slopes_of(seen, stretch.h, window)
+def motionwise(structure: Structure, d: Drive, states: FloatArray) -> Motionwise:
+    """What is the same of the terms along a motion ``states`` (n + 1, 6) over ground whatever the inputs do."""
+    water = through_water(0.5 * (states[1:] + states[:-1]), d.current)
+    values, answering = factor_values(water, d.wind, d.current, d.u0), dict(structure.table.answering)
+    out = np.ones((len(water), len(structure.table.terms)))
+    for k, term in enumerate(structure.table.terms):
+        for factor in factors_of(term.text):
+            if factor not in answering.get(k, ()):
+                out[:, k] *= values[factor]
+    return Motionwise(water, out)
 
 
-def steps_of_slope(stretch: Stretch) -> int:
-    """Steps either way over which an acceleration is the slope."""
-    return max(1, min(SLOPE_STEPS, stretch.steps // 8))
-
-
-def true_accelerations(
-    structure: Structure, p: FloatArray, stretch: Stretch, window: int = SLOPE_STEPS
-) -> FloatArray:
-    """Rates (n, 3) of u, v, r through the water of the motion behind what the sensors show."""
-    states = true_states(structure, sensor_of(structure, p), stretch)
-    return accelerations(stretch, window, states, current_of(structure, p))
-
-
-def averaged(rates: FloatArray, m: int) -> FloatArray:
-    """Rates (n, k) of each step as ``accelerations`` over ``m`` steps either way see them: nothing beyond the ends.
-
-    A slope by least squares is an average of the rates in between; without the same average on the other side of the
-    equation, whatever is quick would seem weaker than it is.
-    """
-    return np.asarray(convolve1d(rates, slope_weights(m), axis=0, mode="constant"), dtype=float)
-
-
-def slope_weights(m: int) -> FloatArray:
-    """Weights (2 m + 1,) of the rates at the middles of steps in the mean of two neighbouring slopes over ± m steps."""
-    k = np.arange(-m, m + 1)
-    one = np.cumsum(k[::-1])[:-1] / np.sum(k * k)  # of the 2 m steps under one slope
-    return np.asarray(0.5 * (np.append(one, 0.0) + np.append(0.0, one)), dtype=float)
+def answers(structure: Structure, moving: Motionwise, acting: FloatArray) -> FloatArray:
+    """Regressors (n, k) of the terms that answer to an input (``Table.answering``), by what acts (n, nc)."""
+    values = {name: acting[:, k] for k, name in enumerate(structure.table.channels)}
+    values |= flow_values(structure, moving.water, values)
+    out = np.empty((len(acting), len(structure.table.answering)))
+    for j, (k, names) in enumerate(structure.table.answering):
+        out[:, j] = reduce(np.multiply, [values[f] for f in names], moving.products[:, k])
+    return out
 
 
 def coefficient_scales(structure: Structure, p: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:

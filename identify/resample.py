@@ -1,4 +1,4 @@
-"""Logged inputs on an even grid, and the straight line that stands for each step, compiled."""
+"""Logged inputs on an even grid, the straight line that stands for each step, and means over several, compiled."""
 
 from __future__ import annotations
 
@@ -94,3 +94,19 @@ def lines_of_rates(fine, parts, dt):
             mean[i, c] = total / parts
             slope[i, c] = moment * per
     return mean, slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def averaged_at(columns, weights, every):
+    """Weighted means (m, k) about every so manieth row of ``columns`` (n, k), nothing beyond the ends.
+
+    ``weights`` (2 h + 1,) are those of the rows from ``h`` before to ``h`` after.
+    """
+    n, half = columns.shape[0], len(weights) // 2
+    out = np.zeros(((n + every - 1) // every, columns.shape[1]))
+    for i in range(out.shape[0]):
+        first = i * every - half
+        for j in range(max(0, -first), min(len(weights), n - first)):
+            for k in range(columns.shape[1]):
+                out[i, k] += weights[j] * columns[first + j, k]
+    return out

@@ -46,6 +46,13 @@ class Table:
         )
 
     @cached_property
+    def answering(self) -> tuple[tuple[int, tuple[str, ...]], ...]:
+        """Terms that answer to an input, each with its factors that do."""
+        acting = {*self.channels, *flow.RESULTS}
+        found = ((k, tuple(f for f in factors_of(t.text) if f in acting)) for k, t in enumerate(self.terms))
+        return tuple((k, names) for k, names in found if names)
+
+    @cached_property
     def equation_of(self) -> IntArray:
         """Equation that each coefficient belongs to."""
         return np.array([_EQUATION[t.dof] for t in self.terms], dtype=np.int64)

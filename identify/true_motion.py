@@ -1,4 +1,4 @@
-"""The motion behind what the sensors show, as far as effects on sensors and clocks are known."""
+"""The motion behind what the sensors show, as far as effects on sensors and clocks are known, and through the water."""
 
 from __future__ import annotations
 
@@ -95,3 +95,17 @@ def heading_clock(structure: Structure, sensor: FloatArray, stretch: Stretch) ->
     if "yaw_rate" not in structure.setting.streams:
         return float(sensor[6])
     return _between(float(sensor[6]) - stretch.compass_line.late, sensor) if sensor[6:8].any() else 0.0
+
+
+def through_water(states: FloatArray, current: FloatArray) -> FloatArray:
+    """States (n, 6) over ground to states with u, v through the water."""
+    out = states.copy()
+    c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+    out[:, 3] -= current[0] * c + current[1] * s
+    out[:, 4] -= -current[0] * s + current[1] * c
+    return out
+
+
+def over_ground(states: FloatArray, current: FloatArray) -> FloatArray:
+    """States with u, v through the water to states (n, 6) over ground."""
+    return through_water(states, -current)

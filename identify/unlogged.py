@@ -24,11 +24,11 @@ from identify.compiled import rows_of, sensing_of
 from identify.disturbed import Sizes, pushed_by
 from identify.drive import drive
 from identify.gusts import gusts_of
-from identify.regression import through_water
 from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
 from identify.tangents import Along, padded
 from identify.threads import abreast
+from identify.true_motion import through_water
 from identify.whitening import LEAST, Part, eigen, weighted, within
 from preprocess.cores import granted
 

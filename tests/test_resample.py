@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from identify.resample import averaged_at
+from identify.slopes import averaged, slope_weights
 from identify.stretch import sampled
 from preprocess.trial import Measurement
 
@@ -44,3 +46,10 @@ def test_means_of_an_input_that_holds_are_its_integral_whatever_its_times(seed, 
 def test_an_input_from_no_time_at_all_is_no_number(holds):
     m = Measurement("a", np.arange(3.0), np.ones(3), 0.0, np.ones(3, bool), sample_time=1.0, held=holds)
     assert np.isnan(sampled(m, np.nan, 0.1, 5)[0]).all()
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_means_at_some_rows_are_those_of_the_means_at_all(every):
+    columns = np.random.default_rng(0).normal(size=(23, 2))
+    some = averaged_at(columns, slope_weights(4), every)
+    assert some == pytest.approx(averaged(columns, 4)[::every], abs=1e-12)

@@ -13,17 +13,14 @@ from identify.effect import Active, Variant
 from identify.effects import EFFECTS, WIND
 from identify.predict import shown
 from identify.prepare import prepare
-from identify.regression import (
-    accelerations,
-    averaged,
-    over_ground,
-    start_by_regression,
-    true_accelerations,
-)
+from identify.regression import regressors, start_by_regression
+from identify.slopes import accelerations, averaged, true_accelerations
 from identify.stretch import slopes_of
 from identify.structure import null_parameters
+from identify.true_motion import over_ground
 from tests.identification_samples import PROPELLER, RUDDER, structure_of, trials_of
 from tests.test_kernel import stretch_of
+from validate.motion_seen import FINE, Motion
 from validate.scan import WORTH, _valleys, best_value, gain_and_value, wanted_values
 
 LIBRARY = {e.name: e for e in EFFECTS if e is not WIND}  # here nothing logs the wind
@@ -207,3 +204,24 @@ def test_a_rudder_that_is_off_its_zero_has_its_valley_first():
     assert gains == sorted(gains, reverse=True)
     gain, best = gain_and_value(structure, stretches, p)
     assert gain == gains[0] and np.array_equal(best, found[0][1])
+
+
+def test_what_motion_makes_of_the_terms_is_kept_for_inputs_and_loads_and_made_anew_for_the_rest():
+    """Regressors of one value after another are those of each by itself."""
+    structure = structure_of("modulus")
+    for active in (
+        Active(LIBRARY["actuator_offset"], Variant("rudder")),
+        Active(LIBRARY["mass_change"], Variant(options={"logs": ("b",)})),
+        Active(LIBRARY["current"]),
+        Active(LIBRARY["gyro_bias"]),
+    ):
+        structure = structure.with_effect(active)
+    states = np.random.default_rng(1).normal(0.3, 0.1, (2, stretch_of((RUDDER, PROPELLER)).steps + 1, 6))
+    runs = [replace(stretch_of((RUDDER, PROPELLER), k), name=n, states=states[k]) for k, n in enumerate("ab")]
+    motion, null = Motion(structure, runs), null_parameters(structure)
+    for k in [None, *structure.general, None]:
+        p = null if k is None else null + 0.1 * (np.arange(len(null)) == k)
+        driven = [drive(structure, p, s) for s in runs]
+        along = [regressors(structure, p, s) for s in runs]
+        for found, m in zip(motion.designs(driven), (FINE, motion.slope), strict=True):
+            assert found == pytest.approx(motion.thinned([averaged(x, m) for x in along]), abs=1e-9)

@@ -18,9 +18,9 @@ from identify.drive import Drive, drive
 from identify.first_states import begun
 from identify.fitted import Fitted
 from identify.predict import accelerations_at, run, shown
-from identify.regression import through_water
 from identify.stretch import KIND, Samples, Stretch
 from identify.structure import Structure
+from identify.true_motion import through_water
 from identify.windows import Problem, Window, moments
 from validate.tables import held_at
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from identify.drive import Drive
-from identify.regression import accelerations, averaged, predicted
+from identify.regression import Motionwise, answers, motionwise
+from identify.resample import averaged_at
+from identify.slopes import accelerations, slope_weights
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.true_motion import true_states
@@ -39,13 +42,24 @@ class Seen:
     size: FloatArray
 
 
+class Designs(NamedTuple):
+    """Regressors (m, terms) as slopes over ``FINE`` steps, and over ``SLOPE``, see them."""
+
+    fine: FloatArray
+    slow: FloatArray
+
+
 @dataclass(frozen=True)
 class Motion:
-    """The motion behind what the sensors show, and its rates, made once for all values with the same of both."""
+    """The motion behind what the sensors show, its rates and what it makes of the terms.
+
+    Made once for all values that follow each other with the same of it.
+    """
 
     structure: Structure
     stretches: Sequence[Stretch]
     known: dict[bytes, Seen] = field(default_factory=dict)
+    last: dict[bytes, list[tuple[Motionwise, Designs]]] = field(default_factory=dict)
 
     @property
     def every(self) -> int:
@@ -81,7 +95,29 @@ class Motion:
         """Rows of all stretches that are looked at."""
         return np.vstack([x[:: self.every] for x in rates])
 
-    def predicted(self, p: FloatArray, rates: Sequence[FloatArray]) -> FloatArray:
-        """Accelerations (m, 3) by regressors (n, terms), as slopes over ``slope`` steps see them."""
-        every = (predicted(self.structure, p, x) for x in rates)
-        return self.thinned([averaged(x, self.slope) for x in every])
+    def designs(self, driven: Sequence[Drive]) -> Designs:
+        """Regressors of all stretches with the inputs, the sensors, the air and the water as they are in ``driven``."""
+        which, parts = [k for k, _ in self.structure.table.answering], []
+        for d, (moving, still) in zip(driven, self._alike(driven), strict=True):
+            one = Designs(*(x.copy() for x in still))
+            if which:
+                answering = self._averaged(answers(self.structure, moving, d.channels))
+                for column, here in zip(answering, one, strict=True):
+                    here[:, which] = column
+            parts.append([x * d.factor for x in one])
+        return Designs(*(np.vstack(x) for x in zip(*parts, strict=True)))
+
+    def _alike(self, driven: Sequence[Drive]) -> list[tuple[Motionwise, Designs]]:
+        """Per stretch what the motion makes of the terms, and their regressors where no input answers."""
+        key = b"".join(x.tobytes() for d in driven for x in (d.sensor, d.current, d.wind[:1], np.array(d.u0)))
+        if key not in self.last:
+            moving = [
+                motionwise(self.structure, d, x) for d, x in zip(driven, self.by(driven).states, strict=True)
+            ]
+            self.last.clear()
+            self.last[key] = [(m, self._averaged(m.products)) for m in moving]
+        return self.last[key]
+
+    def _averaged(self, columns: FloatArray) -> Designs:
+        """Columns (n, k) of a stretch, as both kinds of slopes see them, where they are looked at."""
+        return Designs(*(averaged_at(columns, slope_weights(m), self.every) for m in (FINE, self.slope)))

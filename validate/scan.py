@@ -14,10 +14,10 @@ from scipy.signal import find_peaks
 
 from identify.drive import drives
 from identify.effect import Active, Parameter
-from identify.regression import averaged, regressors_along, solve_regression
+from identify.regression import predicted, solve_regression
 from identify.stretch import Stretch
 from identify.structure import Structure
-from validate.motion_seen import FINE, Motion, Wanted
+from validate.motion_seen import Motion, Wanted
 from validate.swing_scan import swings, wanted_swings
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -147,8 +147,7 @@ def _both_ways(up: FloatArray) -> FloatArray:
 def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: Motion) -> float:
     """Log of the regression's squared errors over the accelerations' variance, channels added."""
     driven = drives(structure, p, stretches)
-    seen = motion.by(driven)
-    rates = [regressors_along(structure, d, d.channels, x) for d, x in zip(driven, seen.states, strict=True)]
-    fit = solve_regression(structure, p, motion.thinned([averaged(x, FINE) for x in rates]), seen.fine)
-    square = np.mean((seen.slow - motion.predicted(fit, rates)) ** 2, axis=0) / seen.size
+    seen, designs = motion.by(driven), motion.designs(driven)
+    fit = solve_regression(structure, p, designs.fine, seen.fine)
+    square = np.mean((seen.slow - predicted(structure, fit, designs.slow)) ** 2, axis=0) / seen.size
     return float(np.sum(np.log(square + 1e-6)))

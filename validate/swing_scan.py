@@ -16,9 +16,11 @@ import numpy as np
 from identify.drive import drives
 from identify.effect import Active
 from identify.first_states import swung
-from identify.regression import averaged, regressors_along, solve_regression, through_water
+from identify.regression import solve_regression
+from identify.slopes import averaged
 from identify.stretch import Stretch
 from identify.structure import Structure
+from identify.true_motion import through_water
 from validate.motion_seen import FINE, Motion, Seen, Wanted
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -124,9 +126,7 @@ class _Along:
         """The same with the sensors, the inputs and the water as they are in ``p`` (np,)."""
         motion, driven = Motion(structure, stretches), drives(structure, p, stretches)
         seen = motion.by(driven)
-        runs = list(zip(driven, seen.states, strict=True))
-        rates = [regressors_along(structure, d, d.channels, x) for d, x in runs]
-        design = motion.thinned([averaged(x, FINE) for x in rates])
+        runs, design = zip(driven, seen.states, strict=True), motion.designs(driven).fine
         equations = enumerate(structure.layout.by_equation)
         left = [_Left.by(design[:, columns], seen.fine[:, k]) for k, (_, columns) in equations]
         water = [through_water(x, d.current) for d, x in runs]

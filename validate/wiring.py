@@ -20,7 +20,8 @@ import numpy as np
 from scipy import stats
 
 from identify.effect import Active
-from identify.regression import accelerations, averaged, predicted, regressors, solve_regression
+from identify.regression import predicted, regressors, solve_regression
+from identify.slopes import accelerations, averaged
 from identify.stretch import Stretch
 from identify.structure import Structure, null_parameters
 from validate.candidates import wirings
