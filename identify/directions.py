@@ -100,27 +100,29 @@ def _driven(structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, 
 def _by_input(
     structure: Structure, p: FloatArray, stretch: Stretch, here: Drive, k: int
 ) -> Iterator[_Moving]:
-    """What a parameter moves by the inputs that it acts on: to one side of what they do here, which is known.
-
-    What answers in steps is told from either side: between two of them nothing moves.
-    """
-    active = structure.actives[structure.slots[k].effect]
-    answering, stepwise = active.variant.inputs, active.effect.stepwise
-    jumps = stepwise is not None and stepwise(active.variant.options)
-    ends = [moved(structure, p, k, x) for x in ((1.0, -1.0) if jumps else (NEAR, -NEAR))]
-    end = ends[0] if ends[0][k] != p[k] else ends[1]
+    """What a parameter moves by the inputs that it acts on."""
+    answering = structure.actives[structure.slots[k].effect].variant.inputs
+    end, begin = _ends(structure, p, k)
     there = _shares(structure, end, stretch, answering)
     units = {share.unit for share in there}
-    begin = ends[1] if jumps else p
-    others = (
-        _shares(structure, begin, stretch, answering)
-        if jumps
-        else [s for s in here.shares if s.unit in units]
-    )
+    known = [share for share in here.shares if share.unit in units]
+    others = known if begin is p else _shares(structure, begin, stretch, answering)
     nothing = np.zeros(len(structure.table.channels))
     (mean, slope), (less, flatter) = (summed(nothing, some, stretch) for some in (there, others))
     width = end[k] - begin[k]
     yield from _changing((mean - less) / width, (slope - flatter) / width)
+
+
+def _ends(structure: Structure, p: FloatArray, k: int) -> tuple[FloatArray, FloatArray]:
+    """Parameters that a derivative is told from: beside ``p`` and ``p`` itself, of which all is known.
+
+    What answers in steps is told from either side: between two of them nothing moves.
+    """
+    active = structure.actives[structure.slots[k].effect]
+    if active.effect.stepwise is not None and active.effect.stepwise(active.variant.options):
+        return moved(structure, p, k, 1.0), moved(structure, p, k, -1.0)
+    ahead = moved(structure, p, k, NEAR)
+    return (ahead if ahead[k] != p[k] else moved(structure, p, k, -NEAR)), p
 
 
 def _shares(structure: Structure, p: FloatArray, stretch: Stretch, answering: tuple[str, ...]) -> list[Share]:
