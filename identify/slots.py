@@ -67,9 +67,10 @@ def _scaled(parameter: Parameter, active: Active, structure: Structure) -> Param
 def _bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
     """The parameter with the bounds that it has on a vessel; times begin as much longer as that is slower."""
     bounds = parameter.bounds if parameter.within is None else parameter.within(vessel)
-    if parameter.unit != "s" or not parameter.starts:
-        return replace(parameter, bounds=bounds)
-    starts = tuple(float(np.clip(slower(vessel.length) * x, *bounds)) for x in parameter.starts)
+    by = {"s": slower(vessel.length), "rad/s": 1.0 / slower(vessel.length)}.get(parameter.unit, 1.0)
+    starts = (
+        tuple(float(np.clip(by * x, *bounds)) for x in parameter.starts) if by != 1.0 else parameter.starts
+    )
     return replace(parameter, bounds=bounds, starts=starts)
 
 

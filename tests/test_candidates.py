@@ -106,6 +106,16 @@ def test_what_is_late_aboard_a_large_ship_is_looked_for_seconds_late(length, beg
     assert [s["delay"] for s in starts_of(fitted, delay)] == pytest.approx(begins)
 
 
+@pytest.mark.parametrize(("length", "slowest"), [(2.0, 0.2), (45.0, 0.2 / 3.0), (2000.0, 0.04)])
+def test_a_large_ship_may_roll_as_much_more_slowly(length, slowest):
+    plain = structure_of("zhu2019")
+    structure = replace(plain, vessel=replace(plain.vessel, length=length))
+    roll = next(a for a in candidates(structure) if a.label == "roll_coupling")
+    slot = next(s for s in structure.with_effect(roll).slots if s.name == "frequency")
+    assert slot.parameter.bounds == pytest.approx((slowest, 75.0 * slowest))
+    assert min(slot.parameter.starts) == pytest.approx(1.1 * slowest)
+
+
 def test_no_effect_is_begun_out_of_its_bounds():
     _, trials = trials_of("catamaran", ("zigzag", "random"), 60.0, 5, validate=0)
     prepared = prepare(trials, "modulus")

@@ -17,16 +17,19 @@ from identify.effects.hull import PORT_STARBOARD_ASYMMETRY
 from identify.effects.sensors import CLOCK_OFFSET_INPUTS, MASS_CHANGE
 from identify.effects.water_and_air import SHALLOW_WATER
 from identify.fitted import FAR
+from identify.output_error import Stopped
 from identify.prepare import prepare
 from identify.rough_fit import thin
 from identify.structure import null_parameters
 from identify.windows import cut
+from validate import log_groups
 from validate.exchange import in_likeliest_form
 from validate.judgement import INDISTINCT
 from validate.log_groups import free_in_logs, in_likeliest_logs
 from validate.logs_of_effects import in_logs_as_they_say
 from validate.look_alikes import Standing, standing
 from validate.outcome import Outcome
+from validate.refits import begun_at
 from validate.told_logs import _tells, told_of_the_odd_logs
 
 MANOEUVRES = ("zigzag", "random", "zigzag", "random")
@@ -57,6 +60,22 @@ def test_a_heavy_load_is_found_in_its_logs_by_a_model_that_is_far_off(model):
     assert begun.chi2_per_dof > FAR
     found = in_likeliest_logs(begun, INDISTINCT).solution.structure
     assert found.actives[0].variant.options["logs"] == tuple(found.setting.logs[k] for k in (1, 3))
+
+
+def test_what_a_fit_still_gains_by_itself_lets_no_log_in(monkeypatch):
+    """Gone on with in other logs, a fit that had used up its steps would be better in any of them."""
+    effect = Effect("mass_change", {"ratio": 1.3}, options={"logs": (1, 3)})
+    _, trials = trials_of("usv", (*MANOEUVRES, "random"), 60.0, 4, (effect,))
+    there = fitted_with(prepare(trials, "modulus"), 1, 3).fitted
+    p = np.where([s.name == "ratio" for s in there.solution.structure.slots], 1.02, 0.9 * there.solution.p)
+    begun = begun_at(there, p, 2)
+    assert begun.solution.stopped is Stopped.BUDGET
+    assert begun.solution.total > there.solution.total + 10.0 * INDISTINCT
+    asked = []
+    monkeypatch.setattr(log_groups, "_refitted", lambda f, _: asked.append(f.solution.total) or f)
+    found = in_likeliest_logs(begun, INDISTINCT)
+    assert found.solution.structure.actives == there.solution.structure.actives
+    assert asked == pytest.approx([there.solution.total] * len(asked), abs=INDISTINCT)
 
 
 @pytest.mark.parametrize("length", [10.0, 15.0, 30.0])

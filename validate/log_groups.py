@@ -16,6 +16,8 @@ from validate.search_ends import total
 
 #: Steps of every choice of logs, then of the nearest few.
 BRIEFLY, NEAREST, TO_THE_END = 4, 2, 16
+#: So many times more a fit is gone on with before its logs are looked at.
+PATIENCE = 6
 #: Far from the noise a log is let in or out only for this share of the cost.
 WORTH_A_LOG = 0.03
 
@@ -32,6 +34,7 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         return fitted
     names = sorted({s.name for s in fitted.problem.stretches})
     while True:
+        fitted = _at_rest(fitted, clearly)
         here = set(logs_of(fitted.solution.structure.actives[-1]))
         groups = [here ^ {name} for name in names]
         some = [logs for logs in groups if 0 < len(logs & set(names)) < len(names)]
@@ -44,6 +47,16 @@ def in_likeliest_logs(fitted: Fitted, clearly: float) -> Fitted:
         if not best.solution.total < target:
             return fitted
         fitted = best
+
+
+def _at_rest(fitted: Fitted, clearly: float) -> Fitted:
+    """A fit that gains nothing more by itself: what it would is no log's."""
+    for _ in range(PATIENCE):
+        on = went_on(fitted, TO_THE_END)
+        if on is fitted or not on.solution.total < fitted.solution.total - _least(fitted, clearly):
+            return on
+        fitted = on
+    return fitted
 
 
 def _refitted(fitted: Fitted, logs: set[str]) -> Fitted:

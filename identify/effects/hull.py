@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from identify.effect import Effect, Parameter, Setting, Values, Variant
+from identify.slowness import slower
 from identify.term import Term, factors_of
+from preprocess.vessel import Vessel
 
 
 def _missing(*wanted: tuple[str, Term, tuple[str, ...]]) -> Callable[[Setting, Variant], dict[str, Term]]:
@@ -154,6 +156,11 @@ def _roll(p: Values) -> tuple[tuple[Term, float], ...]:
     )
 
 
+def _rolls(vessel: Vessel) -> tuple[float, float]:
+    """Natural frequencies that a vessel may roll at, rad/s: as much lower as it is slower than a small boat."""
+    return 0.2 / slower(vessel.length), 15.0 / slower(vessel.length)
+
+
 ROLL_COUPLING = Effect(
     "roll_coupling", "hull",
     "φ̈ + 2ζω φ̇ + ω² φ = ur; v̇ += Y_φ φ, ṙ += N_φ φ",
@@ -161,7 +168,7 @@ ROLL_COUPLING = Effect(
     "Log roll; metacentric height; tight turns at speed.",
     "Fossen 2011, sec. 6.6; Blanke and Christensen 1993",
     parameters=(
-        Parameter("frequency", "rad/s", 0.5, (0.2, 15.0), null=3.0, starts=_ROLL, shape=True),
+        Parameter("frequency", "rad/s", 0.5, null=3.0, starts=_ROLL, shape=True, within=_rolls),
         Parameter("damping", "1", 0.1, (0.02, NO_SWING), null=0.1, starts=(0.2,) * len(_ROLL), shape=True),
         Parameter("sway", "1/s²", 0.1, (-50.0, 50.0)),
         Parameter("yaw", "1/(m·s²)", 0.1, (-50.0, 50.0)),
