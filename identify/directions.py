@@ -11,7 +11,7 @@ from identify.acting import Share, flow_channels, lead_slot, shares_of, summed
 from identify.drive import Drive
 from identify.effect import Effect
 from identify.kernel import CHANNEL
-from identify.resample import lines_of_rates
+from identify.resample import rates, straight_lines
 from identify.steady import SteadySlopes, loaded, moved, steady_slopes, values_of
 from identify.stretch import SUBSTEPS, Stretch
 from identify.structure import Structure
@@ -131,7 +131,7 @@ def _shares(structure: Structure, p: FloatArray, stretch: Stretch, answering: tu
 
 def _by_lead(here: Drive, stretch: Stretch) -> tuple[FloatArray, FloatArray]:
     """Derivatives (n, nc) of channels and slopes by a lead of all inputs: what they do a little later, they do now."""
-    mean, slope = lines_of_rates(here.fine, SUBSTEPS, stretch.h / SUBSTEPS)
+    mean, slope = straight_lines(rates(here.fine, stretch.h / SUBSTEPS), SUBSTEPS)
     return mean, slope
 
 

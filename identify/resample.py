@@ -77,23 +77,15 @@ def straight_lines(fine, parts):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lines_of_rates(fine, parts, dt):
-    """``straight_lines`` of the rates of what is given every ``dt``, by the neighbours' difference."""
-    nc, n, last = fine.shape[0], fine.shape[1] // parts, fine.shape[1] - 1
-    mean, slope = np.empty((n, nc)), np.empty((n, nc))
-    middle, per = 0.5 * (parts - 1), 6.0 / (parts * parts)
-    for c in range(nc):
-        for i in range(n):
-            total, moment = 0.0, 0.0
-            for k in range(parts):
-                at = i * parts + k
-                before, after = max(at - 1, 0), min(at + 1, last)
-                rate = (fine[c, after] - fine[c, before]) / ((after - before) * dt)
-                total += rate
-                moment += (k - middle) * rate
-            mean[i, c] = total / parts
-            slope[i, c] = moment * per
-    return mean, slope
+def rates(fine, dt):
+    """Rates (nc, n) of what is given every ``dt``, by the neighbours' difference."""
+    out = np.empty_like(fine)
+    last = fine.shape[1] - 1
+    for c in range(fine.shape[0]):
+        for i in range(last + 1):
+            before, after = max(i - 1, 0), min(i + 1, last)
+            out[c, i] = (fine[c, after] - fine[c, before]) / ((after - before) * dt)
+    return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import convolve1d
 
+from identify.resample import averaged_at
 from identify.steady import current_of, sensor_of
 from identify.stretch import Stretch, slopes_of
 from identify.structure import Structure
@@ -49,13 +49,15 @@ def true_accelerations(
     return accelerations(stretch, window, states, current_of(structure, p))
 
 
-def averaged(rates: FloatArray, m: int) -> FloatArray:
-    """Rates (n, k) of each step as ``accelerations`` over ``m`` steps either way see them: nothing beyond the ends.
+def averaged(rates: FloatArray, m: int, every: int = 1) -> FloatArray:
+    """Rates (n, k) as ``accelerations`` over ``m`` steps either way see them, in every so manieth step.
+
+    Beyond the ends there is nothing.
 
     A slope by least squares is an average of the rates in between; without the same average on the other side of the
     equation, whatever is quick would seem weaker than it is.
     """
-    return np.asarray(convolve1d(rates, slope_weights(m), axis=0, mode="constant"), dtype=float)
+    return np.asarray(averaged_at(np.ascontiguousarray(rates, dtype=float), slope_weights(m), every))
 
 
 @cache

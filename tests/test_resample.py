@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import convolve1d
 
-from identify.resample import averaged_at
 from identify.slopes import averaged, slope_weights
 from identify.stretch import sampled
 from preprocess.trial import Measurement
@@ -49,7 +49,7 @@ def test_an_input_from_no_time_at_all_is_no_number(holds):
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_means_at_some_rows_are_those_of_the_means_at_all(every):
+def test_means_over_some_steps_are_a_convolution(every):
     columns = np.random.default_rng(0).normal(size=(23, 2))
-    some = averaged_at(columns, slope_weights(4), every)
-    assert some == pytest.approx(averaged(columns, 4)[::every], abs=1e-12)
+    whole = convolve1d(columns, slope_weights(4), axis=0, mode="constant")
+    assert averaged(columns, 4, every) == pytest.approx(whole[::every], abs=1e-12)

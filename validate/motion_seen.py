@@ -10,8 +10,7 @@ import numpy as np
 
 from identify.drive import Drive
 from identify.regression import Motionwise, answers, motionwise
-from identify.resample import averaged_at
-from identify.slopes import accelerations, slope_weights
+from identify.slopes import accelerations, averaged
 from identify.stretch import Stretch
 from identify.structure import Structure
 from identify.true_motion import true_states
@@ -120,4 +119,4 @@ class Motion:
 
     def _averaged(self, columns: FloatArray) -> Designs:
         """Columns (n, k) of a stretch, as both kinds of slopes see them, where they are looked at."""
-        return Designs(*(averaged_at(columns, slope_weights(m), self.every) for m in (FINE, self.slope)))
+        return Designs(*(averaged(columns, m, self.every) for m in (FINE, self.slope)))
