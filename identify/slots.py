@@ -68,9 +68,7 @@ def _bounded(parameter: Parameter, vessel: Vessel) -> Parameter:
     """The parameter with the bounds that it has on a vessel; times begin as much longer as that is slower."""
     bounds = parameter.bounds if parameter.within is None else parameter.within(vessel)
     by = {"s": slower(vessel.length), "rad/s": 1.0 / slower(vessel.length)}.get(parameter.unit, 1.0)
-    starts = (
-        tuple(float(np.clip(by * x, *bounds)) for x in parameter.starts) if by != 1.0 else parameter.starts
-    )
+    starts = tuple(float(np.clip(by * x, *bounds)) for x in parameter.starts)
     return replace(parameter, bounds=bounds, starts=starts)
 
 

@@ -78,6 +78,18 @@ def test_what_acts_on_an_input_moves_its_channels_as_a_difference_says(effect, o
         assert np.linalg.norm(mine - true) < 0.02 * np.linalg.norm(true)
 
 
+@pytest.mark.parametrize("options", [{"form": "neutral"}, {"form": "neutral", "shape": "shifted"}])
+def test_what_stands_at_its_upper_bound_has_derivatives(options):
+    structure = structure_of("modulus", MOTORS, extents={"left": (0.7, 1.0)})
+    structure = structure.with_effect(Active(ACTUATOR_DEADBAND, Variant("left", options)))
+    stretch, p = stretch_of(MOTORS), null_parameters(structure)
+    k = next(k for k, s in enumerate(structure.slots) if s.effect == 0)
+    p[k] = structure.slots[k].parameter.bounds[1]
+    assert np.isfinite(p[k]) and moved(structure, p, k, 1.0)[k] == p[k]
+    ways = directions(structure, p, stretch, drive(structure, p, stretch))
+    assert np.isfinite(ways.values).all() and np.isfinite(ways.slopes).all()
+
+
 def with_speed(**options):
     """Abkowitz's model about a speed that is found, with terms of a size, and a drive of it."""
     structure = structure_of("abkowitz", u0=0.7, **options)
