@@ -20,6 +20,7 @@ from validate.advice import advice_for
 from validate.became import Became, became
 from validate.candidates import Screened
 from validate.diagnosis import Candidate, Diagnosis, Round, TakenEffect, Verdict
+from validate.hidden_in_others import as_they_hide
 from validate.judgement import Judged, least_gain
 from validate.other_logs import on_other_logs, with_other_logs
 from validate.outcome import Outcome
@@ -116,7 +117,9 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """
     unseen = with_other_logs(fitted, prepared.validate)
     if unseen:
-        return structured_share(unseen, prepared.identify, _as_near(fitted))
+        near = _as_near(fitted)
+        known = as_they_hide(unseen, near) if fitted.chi2_per_dof < near else unseen
+        return structured_share(known, prepared.identify, near)
     if not prepared.validate or fitted.chi2_per_dof < FAR:
         return {}
     spread = spread_of((*prepared.identify, *prepared.validate))

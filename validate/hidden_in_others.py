@@ -1,0 +1,36 @@
+"""What the inputs of other logs hide between their samples, where those of the fit's own logs hide nothing.
+
+Orders that are logged as often as they are given are entered with the step at which they are given or with the one
+before, as it happens: in some logs always with the one, in others now with the one and now with the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.first_states import first_states
+from identify.fitted import Fitted
+from identify.output_error import Prior, solve
+from identify.unlogged import most_likely
+
+#: Steps in which first states are fitted anew.
+STEPS = 8
+
+
+def as_they_hide(other: Fitted, near: float) -> Fitted:
+    """A fit looked at on other logs, with what their inputs hide; as it is unless it comes ``near`` the noise by it."""
+    problem, s = other.problem, other.solution
+    if other.chi2_per_dof < near or not np.isfinite(s.cost) or (problem.unlogged and problem.unlogged.share):
+        return other
+    bare = replace(problem, inflation=np.ones(4), unlogged=None)
+    weights = [problem.inflation[problem.kinds(w)][:, None] for w in problem.windows]
+    raw = [e * weight for e, weight in zip(s.moments.raw, weights, strict=True)]
+    known = most_likely(bare, s.structure, s.p, raw, pushes=problem.pushes)
+    if known is None or not known.share:
+        return other
+    hiding, held = replace(problem, unlogged=known), Prior.held(s.p)
+    found = solve(hiding, s.structure, s.p, s.first, held, anchor=first_states(hiding), budget=STEPS)
+    followed = replace(other, problem=hiding, solution=found)
+    return followed if followed.chi2_per_dof < near else other
