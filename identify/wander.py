@@ -95,6 +95,17 @@ def likeliest_wander(problem: Problem, solution: Solution, reduction: Reduction)
     return Drift(float(seen.sizes[size]), float(TIMES[time]), shown=True)
 
 
+def gain_of_wander(problem: Problem, solution: Solution, reduction: Reduction) -> float:
+    """What the likeliest drift of the position gains in 2 log likelihood over none, by a fit's errors; 0 without one.
+
+    Where there are more averages than are looked at, as much by those.
+    """
+    seen = _seen(problem, solution, reduction)
+    if seen is None:
+        return 0.0
+    return 2.0 * float(seen.chance.max()) * max(1.0, len(seen.through) / TELLING)
+
+
 def drifts_shown(problem: Problem) -> tuple[Drift, ...]:
     """The drifts that the errors of a fit showed; those that were told otherwise are not among them."""
     return next((tuple(d for d in s.drifts if d.shown) for s in problem.stretches), ())

@@ -50,7 +50,7 @@ def play(monkeypatch):
             monkeypatch.setattr(module, name, stub)
 
     stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
-    stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [])
+    stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [], instead_of_wander=lambda *_: None)
     for name in ("with_wander_known", "with_pushes_known", "with_slight_compass_known"):
         stubs(**{name: lambda fitted: fitted})
     return stubs

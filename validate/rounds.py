@@ -12,6 +12,7 @@ from validate.consistency import consistent
 from validate.each_input import on_each_input
 from validate.exchange import at_likeliest_speed, in_likeliest_form
 from validate.finalists import FINALISTS, astray, finalists
+from validate.instead_of_wander import instead_of_wander
 from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, worthwhile
 from validate.log_sets import in_likeliest_sets, ways
 from validate.pace import ANOTHER, LAST, Pace
@@ -77,7 +78,9 @@ def rounds(
         if wandering:
             fitted = wandering
             continue
-        turn = _beside_pushes(turn, pace, barred) if turn.taken is None else turn
+        if turn.taken is None:
+            cause = instead_of_wander(turn.base, turn.judged, len(turn.screened))
+            turn = replace(turn, taken=cause) if cause else _beside_pushes(turn, pace, barred)
         if turn.taken is None and within.first.is_out_of_reach(fitted, stuck=True):
             raise GivenUp
         if turn.taken is None and fitted.chi2_per_dof > NEAR and not astray(fitted):
