@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from identify.braked import braked
 from identify.disturbance import with_disturbances
 from identify.first_states import first_states
-from identify.fitted import NEAR, Fitted
+from identify.fitted import NEAR, SLOW, Fitted
 from identify.free_running import is_lost
 from identify.in_common import in_common
 from identify.noise import calibrated
@@ -55,7 +55,17 @@ def _over_whole_logs(fitted: Fitted) -> Fitted:
         return fitted
     found = as_a_whole(fitted)
     at_noise = found is not None and found.chi2_per_dof < NEAR and found.problem.inflation.max() < NEAR
-    return found if found and at_noise else fitted
+    return found if found and at_noise and _as_quick(found, fitted) else fitted
+
+
+def _as_quick(whole: Fitted, fitted: Fitted) -> bool:
+    """Whether errors over whole logs are no slower than over windows, positions among them.
+
+    What adds up over a log (a rudder logged to a tenth of a degree) is no noise of the sensors, and parameters bend to
+    it by more than they say.
+    """
+    slow, before = (f.problem.dispersed.inflation for f in (whole, fitted))
+    return bool((slow < SLOW * np.maximum(before, 1.0)).all())
 
 
 def as_a_whole(fitted: Fitted) -> Fitted | None:

@@ -14,6 +14,7 @@ from identify.bent_paths import bent
 from identify.drive import drive
 from identify.effect import Active, Variant
 from identify.effects import EFFECTS
+from identify.fitted import NEAR, SLOW
 from identify.noise import calibrated_anew
 from identify.parameter_covariance import covariance_of
 from identify.prepare import prepare
@@ -22,6 +23,7 @@ from identify.rounded_inputs import held_levels, levels_in, rounding_of
 from identify.shared_levels import shared_by_windows
 from identify.structure import null_parameters
 from identify.whitening import weighted, within
+from identify.whole_windows import as_a_whole, over_whole_logs
 from identify.windows import tangents_of
 from preprocess.rounding import common_step, input_step
 from preprocess.trial import Measurement
@@ -203,3 +205,19 @@ def test_a_calibration_takes_the_step_along():
     assert input_step(declared, (1500.0 - pwm) / 800.0) == pytest.approx(1.0 / 800.0)
     folded = replace(declared, value=(0.0, 0.0, 1.0))
     assert input_step(folded, (pwm - 1500.0) / 400.0) == 0.0
+
+
+def test_what_rounding_adds_up_to_over_whole_logs_leaves_the_fit_to_windows():
+    """A rudder to a tenth of a degree: whole logs are near the noise, and their positions are off by slow errors."""
+    trials = trials_of("usv", ("zigzag", "random", "zigzag10", "circle"), 120.0, 5)[1]
+    plain, coarse = (
+        fit_from_scratch(ready.structure, blind(ready.identify))
+        for some in (trials, [rounded(t, np.radians(0.1)) for t in trials])
+        for ready in (prepare(some, "modulus"),)
+    )
+    assert over_whole_logs(plain) is not plain
+    whole = as_a_whole(coarse)
+    assert whole.chi2_per_dof < NEAR
+    slow, before = (f.problem.dispersed.inflation.max() for f in (whole, coarse))
+    assert slow > SLOW > 1.1 > before
+    assert over_whole_logs(coarse) is coarse
