@@ -23,6 +23,7 @@ from validate.judgement import least_gain
 from validate.look_alikes import Standing, departure, dropped
 from validate.outcome import Outcome
 from validate.sure import _by_chance, _by_flow, _flow_of, _wald, evidence, surely
+from validate.within import GivenUp
 
 
 def with_in(effects, *taken):
@@ -95,6 +96,30 @@ def test_what_is_taken_back_leaves_its_place_to_what_is_missing(monkeypatch):
     assert found.unsure == ("roll_coupling",)
     assert [x.active.label for x in found.standing] == ["heading_bias"]
     assert not found.fitted.is_off
+
+
+@pytest.mark.parametrize(("bias", "limit"), [(0.15, True), (0.0, False)])
+def test_a_search_that_goes_on_must_come_nearer_than_one_that_stayed_off_the_noise(monkeypatch, bias, limit):
+    """It is given up with two effects or as many; one that came to the noise leaves no such measure."""
+    asked, truth = [], (Effect("heading_bias", {"bias": bias}),) if bias else ()
+
+    def given_up(_, within, __):
+        asked.append(within.first)
+        raise GivenUp
+
+    outcome = with_in(truth, ROLL_COUPLING)
+    unsure = iter([0])
+    monkeypatch.setattr(sure, "_least_sure", lambda _: next(unsure, None))
+    monkeypatch.setattr(sure, "leaves_much", lambda _: True)
+    monkeypatch.setattr(sure, "searched_on", given_up)
+    found = surely(outcome)
+    assert outcome.fitted.is_off is limit
+    assert found.standing == ()
+    assert found.unsure == ("roll_coupling",)
+    [first] = asked
+    assert first.is_out_of_reach(outcome.fitted, stuck=False) is False  # with one effect
+    assert (first.chi2_per_dof < outcome.fitted.chi2_per_dof) is limit
+    assert (first.effects == 2) is limit
 
 
 def _rolls(fitted):

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from identify.acting import input_clocks
+from identify.base_fit import CLEARLY
 from identify.disturbance import deviance, with_disturbances
 from identify.first_states import first_states
 from identify.fitted import Fitted
@@ -37,7 +38,7 @@ from validate.pruning import searched
 from validate.refits import step_tolerance
 from validate.rounding import done_by_rounding
 from validate.slight_clocks import slight_clocks, with_slight_clocks_known
-from validate.within import NONE, Names, Within
+from validate.within import BELIEVABLE, NONE, First, GivenUp, Names, Within
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -68,9 +69,22 @@ def surely(outcome: Outcome) -> Outcome:
         if sure is outcome or not leaves_much(sure.fitted):
             return sure
         taken_back |= _names(outcome.fitted) - _names(sure.fitted)
-        outcome = searched_on(sure, Within(taken_back), pace)
+        try:
+            outcome = searched_on(sure, Within(taken_back, first=_held_against(outcome.fitted)), pace)
+        except GivenUp:
+            return sure
         sure = _without_unsure(outcome, pace)
     return sure
+
+
+def _held_against(fitted: Fitted) -> First:
+    """What a search that goes on must come clearly nearer than, with a few effects: one that stayed off the noise.
+
+    What stands in the place of something that nothing known is can be exchanged for others as vain, without end.
+    """
+    if not fitted.is_off:
+        return First(np.inf)
+    return First(CLEARLY**2 * fitted.chi2_per_dof, max(BELIEVABLE, len(fitted.solution.structure.actives)))
 
 
 def _names(fitted: Fitted) -> Names:

@@ -30,11 +30,10 @@ from validate.residual_tests import residual_tests
 from validate.rounds import MOST_EFFECTS, Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
 from validate.waves import as_effect
+from validate.within import BELIEVABLE
 
 #: Above this share of a channel's spread whole logs are predicted worse than by its mean.
 ASTRAY = 1.0
-#: Of as many effects as ever are taken so many are believed to be causes.
-BELIEVABLE = 2
 
 
 def diagnose(

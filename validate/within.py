@@ -12,6 +12,8 @@ from identify.fitted import Fitted
 #: Names of effects.
 Names = frozenset[str]
 NONE: Names = frozenset()
+#: Causes come one or two at a time: of more effects than these not all are believed.
+BELIEVABLE = 2
 #: Another search is given up where it stays so many times as far from the noise as the first came.
 HOPELESS = 2.0
 
