@@ -20,6 +20,7 @@ from identify.structure import null_parameters
 from identify.true_motion import over_ground
 from tests.identification_samples import PROPELLER, RUDDER, structure_of, trials_of
 from tests.test_kernel import stretch_of
+from validate.candidates import candidates
 from validate.motion_seen import FINE, Motion
 from validate.scan import WORTH, _valleys, best_value, gain_and_value, wanted_values
 
@@ -225,3 +226,26 @@ def test_what_motion_makes_of_the_terms_is_kept_for_inputs_and_loads_and_made_an
         along = [regressors(structure, p, s) for s in runs]
         for found, m in zip(motion.designs(driven), (FINE, motion.slope), strict=True):
             assert found == pytest.approx(motion.thinned([averaged(x, m) for x in along]), abs=1e-9)
+
+
+def test_a_clock_put_wrong_explains_nothing_by_the_accelerations_that_it_makes():
+    """Positions of a ship that turns, seconds off their headings, accelerate with the turn, and any model says that."""
+    slow = Effect("actuator_rate_limit", {"rate": 0.05}, "rudder")
+    _, trials = trials_of("tanker", ("zigzag", "random", "circle"), 90.0, 5, (slow,))
+    prepared = prepare(trials, "blanke")
+    clock, limit = (
+        prepared.structure.with_effect(a)
+        for a in candidates(prepared.structure)
+        if a.label in ("clock_offset (position)", "actuator_rate_limit (rudder)")
+    )
+    gains = {}
+    for structure in (clock, limit):
+        gain, best = gain_and_value(structure, prepared.identify, null_parameters(structure))
+        [value] = [
+            x for x, s in zip(best, structure.slots, strict=True) if s.effect == 0 and s.coefficient < 0
+        ]
+        gains[structure.actives[0].effect.name] = gain, value
+    assert gains["actuator_rate_limit"] == (pytest.approx(0.83, abs=0.1), pytest.approx(0.05, rel=0.1))
+    gain, offset = gains["clock_offset"]
+    assert gain < 0.1
+    assert abs(offset) < 0.1

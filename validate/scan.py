@@ -74,11 +74,13 @@ def wanted_values(
     if not len(values):
         return []
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
-    motion, found = Motion(structure, stretches), []
+    motion, found, most = Motion(structure, stretches), [], None
     for value in ([x.null for x in parameters], *values):
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
-        found.append((_misfit(structure, q, stretches, motion), q))
+        misfit, size = _misfit(structure, q, stretches, motion, most)
+        found.append((misfit, q))
+        most = size if most is None else most
     null, misfits = found[0][0], np.array([m for m, _ in found[1:]])
     lowest = _valleys(misfits) if len(mine) == 1 else [int(np.argmin(misfits))]
     return [(null - found[1 + k][0], found[1 + k][1]) for k in lowest]
@@ -87,7 +89,7 @@ def wanted_values(
 def misfit_with(structure: Structure, stretches: Sequence[Stretch], p: FloatArray) -> float:
     """The regression's misfit (log, channels added) with every coefficient free, all else as in ``p``."""
     others = np.where([s.coefficient < 0 for s in structure.slots], p, 0.0)
-    return _misfit(structure, others, stretches, Motion(structure, stretches))
+    return _misfit(structure, others, stretches, Motion(structure, stretches))[0]
 
 
 def _valleys(misfits: FloatArray) -> list[int]:
@@ -144,10 +146,21 @@ def _both_ways(up: FloatArray) -> FloatArray:
     return np.concatenate([-up[::-1], up])
 
 
-def _misfit(structure: Structure, p: FloatArray, stretches: Sequence[Stretch], motion: Motion) -> float:
-    """Log of the regression's squared errors over the accelerations' variance, channels added."""
+def _misfit(
+    structure: Structure,
+    p: FloatArray,
+    stretches: Sequence[Stretch],
+    motion: Motion,
+    most: FloatArray | None = None,
+) -> tuple[float, FloatArray]:
+    """Log of the regression's squared errors over the accelerations' variance, channels added; and that variance (3,).
+
+    It counts for no more than ``most`` (3,): a clock that is put wrong makes large accelerations of a turn, which any
+    model explains.
+    """
     driven = drives(structure, p, stretches)
     seen, designs = motion.by(driven), motion.designs(driven)
     fit = solve_regression(structure, p, designs.fine, seen.fine)
-    square = np.mean((seen.slow - predicted(structure, fit, designs.slow)) ** 2, axis=0) / seen.size
-    return float(np.sum(np.log(square + 1e-6)))
+    size = seen.size if most is None else np.minimum(seen.size, most)
+    square = np.mean((seen.slow - predicted(structure, fit, designs.slow)) ** 2, axis=0) / size
+    return float(np.sum(np.log(square + 1e-6))), size
