@@ -32,6 +32,21 @@ SLOWLY = 1.1
 
 
 @dataclass(frozen=True)
+class AtNoise:
+    """How far off the noise a fit may be and count as at it: cost per degree of freedom, and slow errors.
+
+    Many samples of white noise hide slow errors in the cost.
+    """
+
+    chi2_per_dof: float = NEAR
+    slow: float = SLOW
+
+    def holds(self, fitted: Fitted) -> bool:
+        """Whether a fit is no farther off."""
+        return fitted.chi2_per_dof < self.chi2_per_dof and not fitted.slow > self.slow
+
+
+@dataclass(frozen=True)
 class Fitted:
     """A solution with the problem and the prior that it solves.
 
@@ -96,7 +111,7 @@ class Fitted:
     @property
     def is_off(self) -> bool:
         """Whether it is off the noise, or has slow errors that many samples of white noise may hide."""
-        return not self.chi2_per_dof < NEAR or self.slow > SLOW
+        return not AtNoise().holds(self)
 
     @property
     def runs_away(self) -> bool:

@@ -13,7 +13,7 @@ from fixtures.effects import Effect
 from fixtures.sensors import Suite
 from identify.acting import lead_slot
 from identify.base_fit import fit_from_scratch
-from identify.fitted import NEAR
+from identify.fitted import NEAR, AtNoise
 from identify.prepare import prepare
 from validate.hidden_in_others import as_they_hide
 from validate.other_logs import with_other_logs
@@ -61,6 +61,6 @@ def test_what_other_logs_show_of_a_load_or_of_noise_is_no_matter_of_their_inputs
     """A load that is in them alone is as it was, and so are logs at the noise."""
     loaded = prepared_with(Effect("mass_change", {"ratio": 1.6}, options={"logs": (3, 4)})).validate
     other = with_other_logs(fitted, loaded)
-    assert as_they_hide(other, NEAR) is other
+    assert as_they_hide(other, AtNoise()) is other
     plain = with_other_logs(fitted, prepared_with().validate)
-    assert as_they_hide(plain, NEAR) is plain
+    assert as_they_hide(plain, AtNoise()) is plain

@@ -14,7 +14,7 @@ from fixtures.sensors import Suite
 from identify.base_fit import fit_from_scratch
 from identify.drift import Drift
 from identify.drive import drive
-from identify.fitted import FAR, NEAR
+from identify.fitted import FAR, NEAR, SLOW
 from identify.kernel import POSITION
 from identify.noise import beyond_drift
 from identify.output_error import solve
@@ -100,7 +100,10 @@ def test_unseen_logs_are_asked_from_another_begin_where_the_way_from_the_fit_end
 
 @pytest.mark.parametrize(("own", "near"), [(0.9, NEAR), (1.1, 1.1 * NEAR), (1.3, NEAR)])
 def test_unseen_logs_are_at_the_noise_where_the_fits_own_are_as_far_from_its_white_part(own, near):
-    assert _as_near(SimpleNamespace(chi2_per_dof=own)) == pytest.approx(near)
+    found = _as_near(SimpleNamespace(chi2_per_dof=own, slow=1.0))
+    assert found.chi2_per_dof == pytest.approx(near)
+    assert found.slow == SLOW
+    assert _as_near(SimpleNamespace(chi2_per_dof=own, slow=2.0)).slow == pytest.approx(2.0 * NEAR)
 
 
 def test_what_an_input_does_that_rested_in_the_fits_logs_is_not_missing():
@@ -204,3 +207,21 @@ def test_what_the_smoother_itself_is_off_by_is_nothing_that_whole_logs_leave():
         off.append(over_whole_logs(fitted, logs, spread)["v"])
     assert off[0] > off[1] > off[2] == 0.0
     assert off[0] ** 2 - off[1] ** 2 == pytest.approx((0.05 / spread[1]) ** 2)
+
+
+def test_first_states_of_a_fit_with_slow_errors_do_not_hide_what_is_missing():
+    """Many samples of white noise may bring the cost to the noise; what is slow says that the fit is off it."""
+    prepared = prepared_with(Effect("current", {"speed": 0.4, "direction": 1.0}))
+    fitted = fit_from_scratch(prepared.structure, prepared.identify, length=30.0)
+    loud = np.sqrt(fitted.chi2_per_dof)
+    stretches = tuple(s.weighted(loud * s.samples.sigma, np.ones(4)) for s in fitted.problem.stretches)
+    shares = []
+    for slow in (1.0, 3.0):
+        dispersion = np.array([slow, slow, 1.0, 1.0])
+        problem = replace(fitted.problem, stretches=stretches, inflation=np.ones(4), dispersion=dispersion)
+        near = under(problem, fitted)
+        assert near.chi2_per_dof < NEAR
+        assert near.slow == slow
+        shares.append(structured_share(near)["u"])
+    assert shares[1] == pytest.approx(predicted(fitted, 0), rel=0.2)
+    assert shares[0] < 0.5 * shares[1]

@@ -22,6 +22,7 @@ class WindowedFit:
     chi2_per_dof: float
     problem: Windows
     is_off: bool = False
+    slow: float = 1.0
 
 
 def whole_fit(chi2_per_dof):

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.first_states import first_states
-from identify.fitted import Fitted
+from identify.fitted import AtNoise, Fitted
 from identify.output_error import Prior, solve
 from identify.unlogged import most_likely
 
@@ -19,10 +19,14 @@ from identify.unlogged import most_likely
 STEPS = 8
 
 
-def as_they_hide(other: Fitted, near: float) -> Fitted:
+def as_they_hide(other: Fitted, near: AtNoise) -> Fitted:
     """A fit looked at on other logs, with what their inputs hide; as it is unless it comes ``near`` the noise by it."""
     problem, s = other.problem, other.solution
-    if other.chi2_per_dof < near or not np.isfinite(s.cost) or (problem.unlogged and problem.unlogged.share):
+    if (
+        other.chi2_per_dof < near.chi2_per_dof
+        or not np.isfinite(s.cost)
+        or (problem.unlogged and problem.unlogged.share)
+    ):
         return other
     bare = replace(problem, inflation=np.ones(4), unlogged=None)
     weights = [problem.inflation[problem.kinds(w)][:, None] for w in problem.windows]
@@ -33,4 +37,4 @@ def as_they_hide(other: Fitted, near: float) -> Fitted:
     hiding, held = replace(problem, unlogged=known), Prior.held(s.p)
     found = solve(hiding, s.structure, s.p, s.first, held, anchor=first_states(hiding), budget=STEPS)
     followed = replace(other, problem=hiding, solution=found)
-    return followed if followed.chi2_per_dof < near else other
+    return followed if followed.chi2_per_dof < near.chi2_per_dof else other

@@ -10,7 +10,7 @@ import numpy as np
 from identify.base_fit import window_length
 from identify.drive import drive
 from identify.first_states import begun, first_states
-from identify.fitted import FAR, NEAR, Fitted
+from identify.fitted import FAR, AtNoise, Fitted
 from identify.free_running import less_waves
 from identify.gusts import blown
 from identify.noise import beyond_drift, calibrated, smoothness
@@ -30,6 +30,8 @@ RUN_AWAY = 5.0
 OUT_OF_BOUNDS = 1e3
 #: Steps in which first states are fitted to such windows.
 STEPS = 8
+#: How near the noise is at it, unless something else is said.
+AT_NOISE = AtNoise()
 
 
 def seconds_ahead(length: float) -> float:
@@ -44,14 +46,14 @@ def _horizon(fitted: Fitted) -> float:
     return seconds_ahead(fitted.solution.structure.vessel.length)
 
 
-def ahead(fitted: Fitted, near: float = NEAR) -> Fitted:
+def ahead(fitted: Fitted, near: AtNoise = AT_NOISE) -> Fitted:
     """The same parameters in windows of ``seconds_ahead``, from the first states that the smoothed motion gives.
 
-    A fit at the noise (``near``) has its own first states, which are the better known ones, fitted in such windows.
+    A fit at the noise (``near`` it) has its own first states, which are the better known ones, fitted in such windows.
     Off the noise they would take in what the model lacks. In waves that are known they are fitted all the same: the
     smoothed motion has the waves' own velocity, which a prediction would sail on with.
     """
-    if fitted.chi2_per_dof < near and fitted.problem.length >= _horizon(fitted):
+    if near.holds(fitted) and fitted.problem.length >= _horizon(fitted):
         return fitted
     structure, p = fitted.solution.structure, fitted.solution.p
     if _known_better(fitted, near):
@@ -102,9 +104,9 @@ def _gone_on(fitted: Fitted) -> tuple[Problem, Solution]:
     return problem, solve(problem, structure, p, begin, held, anchor=anchor, budget=STEPS)
 
 
-def _known_better(fitted: Fitted, near: float) -> bool:
+def _known_better(fitted: Fitted, near: AtNoise) -> bool:
     """Whether fitted first states are better known than those of the smoothed motion."""
-    return fitted.problem.swell is not None or fitted.chi2_per_dof < near
+    return fitted.problem.swell is not None or near.holds(fitted)
 
 
 def window_errors(
@@ -125,11 +127,13 @@ def window_errors(
     return np.vstack(errors), np.vstack(variances)
 
 
-def structured_share(fitted: Fitted, besides: Sequence[Stretch] = (), near: float = NEAR) -> dict[str, float]:
+def structured_share(
+    fitted: Fitted, besides: Sequence[Stretch] = (), near: AtNoise = AT_NOISE
+) -> dict[str, float]:
     """Per channel: structured part of the windows' prediction error over the channel's standard deviation.
 
     The standard deviation is that of the fit's logs and of those ``besides``: a log that holds one course and speed has
-    hardly any of its own. Below ``near`` in cost per degree of freedom it is at the noise.
+    hardly any of its own. ``near`` says how near the noise is at it.
 
     Taken off are the smoother's own variance, waves that are known, what the sampling of the inputs leaves open, and
     the part of what is left that noise of the sensors can account for, white or wandering: where the errors of the raw

@@ -9,7 +9,7 @@ from typing import TypeGuard
 import numpy as np
 
 from identify.effect import Active
-from identify.fitted import FAR, NEAR, Fitted
+from identify.fitted import FAR, NEAR, SLOW, AtNoise, Fitted
 from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared
 from identify.report_fit import fitted_effect
@@ -117,7 +117,7 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     unseen = with_other_logs(fitted, prepared.validate)
     if unseen:
         near = _as_near(fitted)
-        known = as_they_hide(unseen, near) if fitted.chi2_per_dof < near else unseen
+        known = as_they_hide(unseen, near) if fitted.chi2_per_dof < near.chi2_per_dof else unseen
         return structured_share(known, prepared.identify, near)
     if not prepared.validate or fitted.chi2_per_dof < FAR:
         return {}
@@ -140,16 +140,16 @@ def _left_over_whole_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, flo
 
 def _is_near(found: Fitted | None, fitted: Fitted) -> TypeGuard[Fitted]:
     """Whether a fit, on other logs or as a whole, is as near the noise as another is over its windows."""
-    return found is not None and found.chi2_per_dof < _as_near(fitted)
+    return found is not None and found.chi2_per_dof < _as_near(fitted).chi2_per_dof
 
 
-def _as_near(fitted: Fitted) -> float:
-    """Below what cost per degree of freedom other logs are as near the noise as the fit's own.
+def _as_near(fitted: Fitted) -> AtNoise:
+    """How near the noise other logs are at it, if the fit's own are so far from it.
 
     A receiver that wanders is off by more than its white noise in all of them.
     """
     own = fitted.chi2_per_dof
-    return NEAR * own if 1.0 < own < NEAR else NEAR
+    return AtNoise(NEAR * own if 1.0 < own < NEAR else NEAR, max(SLOW, NEAR * fitted.slow))
 
 
 def _undetermined(
