@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identify.effects import EFFECTS
-from identify.fit import FittedEffect
+from identify.fit import Estimated, FittedEffect
 from identify.report_fit import lead_words
 from validate.advice import NOTHING_SAILED, _once, advice_for
 from validate.diagnosis import TakenEffect, Verdict
@@ -118,3 +118,16 @@ def test_what_is_missing_and_too_small_to_matter_is_said(left, says):
 
 def test_what_a_search_came_back_to_is_told_once():
     assert _once(("walk of a", "bias", "walk of a")) == "walk of a and bias"
+
+
+@pytest.mark.parametrize(("model", "said"), [("nomoto1", True), ("modulus", False)])
+def test_a_lag_and_a_hull_of_first_order_may_be_exchanged(model, said):
+    slots = [SimpleNamespace(effect=-1, name="N_delta"), SimpleNamespace(effect=-1, name="N_r")]
+    structure = SimpleNamespace(model=SimpleNamespace(name=model), slots=slots)
+    solution = SimpleNamespace(structure=structure, p=np.array([0.01, -0.125]))
+    outcome = replace(EMPTY, fitted=SimpleNamespace(solution=solution))
+    lag = TakenEffect(
+        FittedEffect("actuator_lag", "rudder", (Estimated("", "time_constant", 5.3, 0.1, "s"),)), 1e-4, ()
+    )
+    words = advice_for(Verdict.EXPLAINED, (lag,), {"r": 0.0}, outcome, 0.1)
+    assert ("may as well be the 5.3 s, and the actuator's lag 8 s." in words) is said

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from identify.effects import EFFECTS
+from identify.effects.actuators import ACTUATOR_LAG
 from identify.effects.sensors import ANY_LOGGERS
 from identify.gusts import GUSTIEST
 from identify.stretch import Stretch
@@ -41,7 +42,7 @@ def advice_for(
     undetermined: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Sentences: what to check on the vessel, and which manoeuvre would decide."""
-    parts = [*checks_of(taken), *_either_of_two(taken, outcome)]
+    parts = [*checks_of(taken), *_either_of_two(taken, outcome), *_either_time(taken, outcome)]
     said = {t.fitted.name for t in taken}
     for t in taken:
         if t.look_alikes:
@@ -135,6 +136,24 @@ def _either_of_two(taken: Sequence[TakenEffect], outcome: Outcome) -> list[str]:
                 f"Of two only their ratio is known: {other} may as well give {more:.3g} times {t.fitted.input}."
             )
     return found
+
+
+def _either_time(taken: Sequence[TakenEffect], outcome: Outcome) -> list[str]:
+    """Of two systems of first order in a row, a lag and Nomoto's hull, no log says which is which."""
+    lags = [
+        t.fitted.parameters[0].value
+        for t in taken
+        if t.fitted.name == ACTUATOR_LAG.name and t.fitted.parameters
+    ]
+    if not lags or outcome.fitted.solution.structure.model.name != "nomoto1":
+        return []
+    structure, p = outcome.fitted.solution.structure, outcome.fitted.solution.p
+    [damping] = [p[k] for k, s in enumerate(structure.slots) if s.effect < 0 and s.name == "N_r"]
+    return [
+        "Of two delays of first order in a row no log says which is which: the hull's T may as well be "
+        f"the {lag:.3g} s, and the actuator's lag {-1.0 / damping:.3g} s."
+        for lag in lags
+    ]
 
 
 def _only_other(name: str | None, outcome: Outcome) -> str:
