@@ -201,11 +201,13 @@ def recalibrated(problem: Problem, solution: Solution | Settled) -> Problem:
 
 def _bare(problem: Problem, bare: Problem, moments: Moments) -> Moments:
     """Errors in units of the sensors' σ, white as far as ``bare`` says what its inputs hide."""
-    raw = tuple(
-        e * problem.inflation[problem.kinds(w)][:, None]
-        for w, e in zip(problem.windows, moments.raw, strict=True)
-    )
-    return replace(moments, raw=raw, white=bare.white)
+    return replace(moments, raw=in_noise(problem, moments), white=bare.white)
+
+
+def in_noise(problem: Problem, moments: Moments) -> tuple[FloatArray, ...]:
+    """Errors (m, 2) of every window in units of the sensors' σ."""
+    each = zip(problem.windows, moments.raw, strict=True)
+    return tuple(e * problem.inflation[problem.kinds(w)][:, None] for w, e in each)
 
 
 def wild_samples(problem: Problem, moments: Moments, size: FloatArray) -> dict[int, FloatArray]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.first_states import first_states
 from identify.fitted import AtNoise, Fitted
+from identify.noise import in_noise
 from identify.output_error import Prior, solve
 from identify.unlogged import most_likely
 
@@ -22,16 +23,11 @@ STEPS = 8
 def as_they_hide(other: Fitted, near: AtNoise) -> Fitted:
     """A fit looked at on other logs, with what their inputs hide; as it is unless it comes ``near`` the noise by it."""
     problem, s = other.problem, other.solution
-    if (
-        other.chi2_per_dof < near.chi2_per_dof
-        or not np.isfinite(s.cost)
-        or (problem.unlogged and problem.unlogged.share)
-    ):
+    hides = problem.unlogged is not None and problem.unlogged.share > 0.0
+    if hides or other.chi2_per_dof < near.chi2_per_dof or not np.isfinite(s.cost):
         return other
     bare = replace(problem, inflation=np.ones(4), unlogged=None)
-    weights = [problem.inflation[problem.kinds(w)][:, None] for w in problem.windows]
-    raw = [e * weight for e, weight in zip(s.moments.raw, weights, strict=True)]
-    known = most_likely(bare, s.structure, s.p, raw, pushes=problem.pushes)
+    known = most_likely(bare, s.structure, s.p, in_noise(problem, s.moments), pushes=problem.pushes)
     if known is None or not known.share:
         return other
     hiding, held = replace(problem, unlogged=known), Prior.held(s.p)
