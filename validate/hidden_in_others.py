@@ -1,7 +1,7 @@
 """What the inputs of other logs hide between their samples, where those of the fit's own logs hide nothing.
 
-Orders that are logged as often as they are given are entered with the step at which they are given or with the one
-before, as it happens: in some logs always with the one, in others now with the one and now with the other.
+Orders that are logged as often as they are given are entered with the step at which they are given or with the next, as
+it happens: in some logs always with the one, in others now with the one and now with the other.
 """
 
 from __future__ import annotations

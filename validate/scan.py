@@ -79,8 +79,8 @@ def wanted_values(
         q = others.copy()
         q[mine] = [np.clip(v, *x.bounds) for v, x in zip(value, parameters, strict=True)]
         misfit, size = _misfit(structure, q, stretches, motion, most)
+        most = size if most is None else most  # that of nothing, which comes first
         found.append((misfit, q))
-        most = size if most is None else most
     null, misfits = found[0][0], np.array([m for m, _ in found[1:]])
     lowest = _valleys(misfits) if len(mine) == 1 else [int(np.argmin(misfits))]
     return [(null - found[1 + k][0], found[1 + k][1]) for k in lowest]
