@@ -167,7 +167,7 @@ def test_several_effects_that_stay_off_the_noise_are_held_against_a_search_witho
     asked = []
     monkeypatch.setattr(loop, "_searched", lambda *_: asked.append(_[-1]) or other)
     best = loop._begun_otherwise(None, None, found, lambda _: None, Within())
-    assert asked == ([Within(frozenset({first}), first=First(chi2, 2))] if asks else [])
+    assert asked == ([Within(frozenset({first}), first=First(chi2, 2, at_noise=not off))] if asks else [])
     assert best is (other if asks and nearer else found)
 
 
@@ -185,6 +185,33 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
     assert loop._begun_otherwise(None, None, found, lambda _: None, Within()) is found
 
 
+def near_fit(chi2, off, *labels, length=30.0):
+    actives = tuple(SimpleNamespace(label=label) for label in labels)
+    return SimpleNamespace(
+        chi2_per_dof=chi2, is_off=off, problem=SimpleNamespace(length=length),
+        solution=SimpleNamespace(structure=SimpleNamespace(actives=actives)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("takes", "chi2", "looks"), [("walk", 2.5, 0), ("walk", 1.5, 1), ("wind", 2.5, 1)])
+def test_what_is_taken_over_short_windows_too_is_not_looked_for_again_over_long_ones(
+    monkeypatch, takes, chi2, looks
+):
+    """Unless its values bring them nearer the noise."""
+    looked = []
+    monkeypatch.setattr(
+        loop, "rounds", lambda f, turns, *_, **__: turns.append(SimpleNamespace(taken="walk")) or f
+    )
+    monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, **__: near_fit(1.1, False, takes, length=10.0))
+    monkeypatch.setattr(loop, "refined", lambda near, length: near_fit(chi2, True, takes, length=length))
+    monkeypatch.setattr(loop, "_lengthened", lambda near, *_: looked.append(near) or near)
+    found = SimpleNamespace(fitted=near_fit(2.5, True, "walk"), turns=[])
+    monkeypatch.setattr(loop, "_ended", lambda *_: found)
+    prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)), identify=())
+    assert loop._begun_shorter(prepared, found, lambda _: None, Within()) is found
+    assert len(looked) == looks
+
+
 @pytest.mark.parametrize(
     ("off", "first_length", "takes", "nearer", "asked"),
     [
@@ -200,10 +227,7 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
 def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_that_takes_over_short_ones(
     monkeypatch, off, first_length, takes, nearer, asked
 ):
-    def fit(chi2, off):
-        return SimpleNamespace(chi2_per_dof=chi2, is_off=off, problem=SimpleNamespace(length=30.0))
-
-    begun, seen = fit(1.3, True), []
+    begun, seen = near_fit(1.3, True, "walk"), []
 
     def taking(fitted, turns, _pace, within):
         seen.append((fitted, within.first))
@@ -214,8 +238,8 @@ def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_t
         return SimpleNamespace(base=SimpleNamespace(problem=SimpleNamespace(length=length)))
 
     turns = [] if first_length is None else [based(first_length)]
-    found = SimpleNamespace(fitted=fit(off or 1.1, off > 0.0), turns=turns)
-    other = SimpleNamespace(fitted=fit(1.05 if nearer else 2.4, not nearer))
+    found = SimpleNamespace(fitted=near_fit(off or 1.1, off > 0.0), turns=turns)
+    other = SimpleNamespace(fitted=near_fit(1.05 if nearer else 2.4, not nearer))
     monkeypatch.setattr(loop, "rounds", taking)
     monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, length: begun if length == 10.0 else None)
     monkeypatch.setattr(loop, "_lengthened", lambda near, *_: near)
@@ -235,10 +259,10 @@ def test_a_search_over_short_windows_that_is_given_up_leaves_what_was_found(monk
     monkeypatch.setattr(
         loop, "rounds", lambda f, turns, *_, **__: turns.append(SimpleNamespace(taken="walk")) or f
     )
-    monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, **__: None)
+    monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, **__: near_fit(1.3, True, "walk"))
     monkeypatch.setattr(loop, "_lengthened", given_up)
     prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)), identify=())
-    found = SimpleNamespace(fitted=SimpleNamespace(chi2_per_dof=2.5, is_off=True), turns=[])
+    found = SimpleNamespace(fitted=near_fit(2.5, True), turns=[])
     assert loop._begun_shorter(prepared, found, lambda _: None, Within()) is found
 
 

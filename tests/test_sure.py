@@ -100,7 +100,7 @@ def test_what_is_taken_back_leaves_its_place_to_what_is_missing(monkeypatch):
 
 @pytest.mark.parametrize(("bias", "limit"), [(0.15, True), (0.0, False)])
 def test_a_search_that_goes_on_must_come_nearer_than_one_that_stayed_off_the_noise(monkeypatch, bias, limit):
-    """It is given up with two effects or as many; one that came to the noise leaves no such measure."""
+    """It is given up with two effects or as many; beside one that came to the noise with more than that had."""
     asked, truth = [], (Effect("heading_bias", {"bias": bias}),) if bias else ()
 
     def given_up(_, within, __):
@@ -118,8 +118,9 @@ def test_a_search_that_goes_on_must_come_nearer_than_one_that_stayed_off_the_noi
     assert found.unsure == ("roll_coupling",)
     [first] = asked
     assert first.is_out_of_reach(outcome.fitted, stuck=False) is False  # with one effect
+    assert first.is_as_good(outcome.fitted) is False
     assert (first.chi2_per_dof < outcome.fitted.chi2_per_dof) is limit
-    assert (first.effects == 2) is limit
+    assert (first.effects, first.at_noise) == (2, not limit)
 
 
 def _rolls(fitted):

@@ -108,7 +108,8 @@ def _begun_otherwise(
     if not (many or (len(kept) > 1 and worth_another(found.fitted))) or taken[0].effect.name not in kept:
         return found
     pace(f"without {taken[0].label}")
-    barred, first = within.barred | {taken[0].effect.name}, First(found.fitted.chi2_per_dof, len(kept))
+    barred = within.barred | {taken[0].effect.name}
+    first = First(found.fitted.chi2_per_dof, len(kept), at_noise=not found.fitted.is_off)
     with suppress(GivenUp):
         other = _searched(prepared, declared, None, pace, replace(within, barred=barred, first=first))
         plainer = many and len(other.standing) < len(kept) and as_near(other.fitted, found.fitted)
@@ -150,13 +151,19 @@ def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Withi
     turns: list[Turn] = []
     begun = fit_from_scratch(prepared.structure, prepared.identify, length=length)
     near = rounds(begun, turns, pace, within=within)
-    if not any(t.taken for t in turns):
+    if not any(t.taken for t in turns) or _had_already(found.fitted, near):
         return found
     with suppress(GivenUp):
         held = replace(within, first=First(found.fitted.chi2_per_dof))
         other = _ended(_lengthened(near, turns, pace, held), turns, None, pace, within)
         return other if came_there(other.fitted, found.fitted) else found
     return found
+
+
+def _had_already(found: Fitted, near: Fitted) -> bool:
+    """Whether what is taken over short windows is no more than a fit has, and no nearer by its windows."""
+    had, has = (frozenset(a.label for a in f.solution.structure.actives) for f in (found, near))
+    return has <= had and not came_there(refined(near, found.problem.length), found)
 
 
 def _ended(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:

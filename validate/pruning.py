@@ -16,6 +16,7 @@ from validate.pace import Pace
 from validate.refits import under
 from validate.scan import best_value
 from validate.score_scatter import scatter
+from validate.within import GivenUp
 
 
 def pruned(fitted: Fitted, pace: Pace) -> Fitted:
@@ -34,6 +35,20 @@ def pruned(fitted: Fitted, pace: Pace) -> Fitted:
         pace(f"dropped: {fitted.solution.structure.actives[weakest].label}")
         fitted = without
     return fitted
+
+
+def fewer(fitted: Fitted, pace: Pace, cut: bool) -> Fitted:
+    """A fit without effects that no longer stand.
+
+    Raises
+    ------
+    GivenUp
+        Where all of them stand, or it was ``cut`` so before.
+    """
+    found = fitted if cut else pruned(fitted, pace)
+    if found is fitted:
+        raise GivenUp
+    return found
 
 
 def _as_good_without(fitted: Fitted, index: int, loss: float) -> Fitted | None:

@@ -17,7 +17,7 @@ from validate.judgement import Judged, at_bound, beyond_doubt, judge, plainest, 
 from validate.log_sets import in_likeliest_sets, ways
 from validate.pace import ANOTHER, LAST, Pace
 from validate.pairs import best_pair
-from validate.pruning import pruned
+from validate.pruning import fewer, pruned
 from validate.pushes import with_pushes_anew, with_pushes_known
 from validate.refits import under
 from validate.sizes import at_likeliest_size
@@ -60,11 +60,14 @@ def rounds(
     GivenUp
         Where the search that it is held against (``within``) is out of its reach.
     """
-    again, repeats, waves, barred = 0, False, None, within.barred
+    again, repeats, cut, waves, barred = 0, False, False, None, within.barred
     fitted, looked = _with_slow_errors_known(fitted, pace, barred)
     while fitted.chi2_per_dof > enough or (looked and looked[0] is fitted):
         if within.first.is_out_of_reach(fitted, stuck=False):
             raise GivenUp
+        if within.first.is_as_good(fitted):
+            fitted, cut = fewer(fitted, pace, cut), True
+            continue
         if fitted.problem.swell not in (None, waves):
             waves, instead = fitted.problem.swell, _swinging(fitted, pace, barred)
             if instead:

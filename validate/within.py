@@ -20,10 +20,14 @@ HOPELESS = 2.0
 
 @dataclass(frozen=True)
 class First:
-    """How near the noise a first search came, as cost per degree of freedom, and with how many effects."""
+    """How near the noise a first search came, as cost per degree of freedom, and with how many effects.
+
+    Where it came to the noise (``at_noise``), another is worth its time as long as it needs fewer, or comes nearer.
+    """
 
     chi2_per_dof: float
     effects: float = np.inf
+    at_noise: bool = False
 
     def is_out_of_reach(self, fitted: Fitted, stuck: bool) -> bool:
         """Whether another search is hopeless: stuck far behind, or behind with as many effects."""
@@ -31,6 +35,11 @@ class First:
             return True
         many = len(fitted.solution.structure.actives) >= self.effects
         return many and CLEARLY * fitted.chi2_per_dof > self.chi2_per_dof
+
+    def is_as_good(self, fitted: Fitted) -> bool:
+        """Whether it came to the noise with no more effects than another has that is not clearly nearer."""
+        many = len(fitted.solution.structure.actives) >= self.effects
+        return self.at_noise and many and not fitted.chi2_per_dof < CLEARLY * self.chi2_per_dof
 
 
 @dataclass(frozen=True)
