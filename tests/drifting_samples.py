@@ -16,9 +16,18 @@ from identify.windows import cut
 def fitted_to_drifts(found, kind, size, time, seed):
     """A fit begun at another, to its logs with a sensor that drifts by so many times its noise over a time, s."""
     rng = np.random.default_rng(seed)
-    stretches = tuple(
-        replace(s, samples=drifted(s.samples, kind, size, time, rng)) for s in found.problem.stretches
-    )
+    return fitted_to(found, lambda samples: drifted(samples, kind, size, time, rng))
+
+
+def fitted_to_swings(found, kind, size, period, seed):
+    """The same to logs with a sensor that goes to and fro by so many times its noise in a period, s."""
+    rng = np.random.default_rng(seed)
+    return fitted_to(found, lambda samples: swung(samples, kind, size, period, rng))
+
+
+def fitted_to(found, other):
+    """A fit begun at another, to its logs with ``other`` samples."""
+    stretches = tuple(replace(s, samples=other(s.samples)) for s in found.problem.stretches)
     structure = found.solution.structure
     problem = cut(stretches, window_length(structure.vessel.length)).weighted_as(found.problem)
     solution = solve(problem, structure, found.solution.p, first_states(problem), found.prior, budget=8)
@@ -26,6 +35,14 @@ def fitted_to_drifts(found, kind, size, time, seed):
         problem = calibrated(problem, solution)
         solution = solve(problem, structure, solution.p, solution.first, found.prior, budget=5)
     return Fitted(problem, found.prior, solution)
+
+
+def swung(samples, kind, size, period, rng):
+    mine = samples.kind == kind
+    phase = 2.0 * np.pi * samples.t[mine, None] / period + rng.uniform(0.0, 2.0 * np.pi, 2)
+    value = samples.value.copy()
+    value[mine] += size * samples.sigma[mine, None] * np.sin(phase)
+    return replace(samples, value=value)
 
 
 def drifted(samples, kind, size, time, rng):

@@ -6,16 +6,16 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from drifting_samples import fitted_to_drifts
+from drifting_samples import fitted_to_drifts, fitted_to_swings
 from identification_samples import trials_of
 
 from identify.drift import Drift
 from identify.kernel import POSITION
-from identify.parameter_covariance import covariance_of
+from identify.parameter_covariance import covariance_of, reduction_of
 from identify.prediction_fit import fit_declared
 from identify.prepare import prepare
 from identify.report_fit import wander_words
-from identify.wander import Reduction, in_wander, moved_by_wander, wander_shown
+from identify.wander import Reduction, in_wander, likeliest_wander, moved_by_wander, wander_shown
 from validate.other_logs import on_other_logs
 from validate.wander import with_wander_anew, with_wander_known
 
@@ -97,6 +97,14 @@ def test_a_drift_that_shows_is_known_with_its_size_and_leaves_the_noise():
     assert 0.6 < told / true < 1.6
     assert slow(without) > 5.0 > 1.4 > slow(found)
     assert found.chi2_per_dof < 1.1
+
+
+def test_what_moves_a_position_evenly_is_no_drift_of_its_receiver():
+    """A current that turns with the tide does, however likely the errors are with a drift."""
+    found = fitted_to_swings(fitted(), POSITION, 6.0, 40.0, 1)
+    assert slow(found) > 5.0
+    assert likeliest_wander(found.problem, found.solution, reduction_of(found)) is not None
+    assert with_wander_known(found) is found
 
 
 def test_parameters_are_nearer_with_a_drift_that_is_known():

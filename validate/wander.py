@@ -11,13 +11,15 @@ from dataclasses import replace
 from identify.drift import Drift
 from identify.fitted import SLOW, Fitted
 from identify.kernel import POSITION
-from identify.noise import calibrated, calibrated_anew
+from identify.noise import calibrated, calibrated_anew, smoothness
 from identify.parameter_covariance import reduction_of
 from identify.wander import in_wander, likeliest_wander, wander_shown
 from validate.refits import knowing, under
 
 #: Above this cost per degree of freedom no drift is looked for.
 TOO_FAR = 20.0
+#: Errors of a position this much smoother than a drift (``identify.noise.smoothness``) are what the model lacks.
+SMOOTH = 0.1
 #: Steps after which a fit without a drift that was known is told it anew.
 STEPS = 5
 
@@ -26,9 +28,12 @@ def with_wander_known(fitted: Fitted) -> Fitted:
     """The fit refitted with the drift of the position known that its errors show, if that is all that they show.
 
     As it was where the position does not drift, or its drift is known, or where with it the fit is still off the noise:
-    far from it, what the model lacks moves the position as well.
+    far from it, what the model lacks moves the position as well. So does what it lacks where the errors are surely
+    smoother than a receiver's (first-order Gauss-Markov): a current that changes within a campaign moves it evenly.
     """
     if fitted.problem.drifts or fitted.chi2_per_dof > TOO_FAR or not _position_slow(fitted) > SLOW:
+        return fitted
+    if smoothness(fitted.problem, fitted.solution.moments, POSITION) > SMOOTH:
         return fitted
     drift = likeliest_wander(fitted.problem, fitted.solution, reduction_of(fitted))
     if drift is None:
