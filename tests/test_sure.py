@@ -119,6 +119,8 @@ def test_a_search_that_goes_on_must_come_nearer_than_one_that_stayed_off_the_noi
     [first] = asked
     assert first.is_out_of_reach(outcome.fitted, stuck=False) is False  # with one effect
     assert first.is_as_good(outcome.fitted) is False
+    far = SimpleNamespace(chi2_per_dof=3.0 * outcome.fitted.chi2_per_dof, solution=outcome.fitted.solution)
+    assert first.is_out_of_reach(far, stuck=True) is limit  # what went leaves its place empty
     assert (first.chi2_per_dof < outcome.fitted.chi2_per_dof) is limit
     assert (first.effects, first.at_noise) == (2, not limit)
 

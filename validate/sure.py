@@ -81,11 +81,12 @@ def _held_against(fitted: Fitted) -> First:
     """What a search that goes on must come clearly nearer than: with a few effects one that stayed off the noise.
 
     What stands in the place of something that nothing known is can be exchanged for others as vain, without end. One
-    that came to the noise with effects that were not sure needs no more of them in their place.
+    that came to the noise with effects that were not sure needs no more of them in their place; how far off it is
+    without any says nothing.
     """
     had = len(fitted.solution.structure.actives)
     if not fitted.is_off:
-        return First(fitted.chi2_per_dof, had + 1, at_noise=True)
+        return First(fitted.chi2_per_dof, had + 1, at_noise=True, hopeless=np.inf)
     return First(CLEARLY**2 * fitted.chi2_per_dof, max(BELIEVABLE, had))
 
 

@@ -22,16 +22,18 @@ HOPELESS = 2.0
 class First:
     """How near the noise a first search came, as cost per degree of freedom, and with how many effects.
 
-    Where it came to the noise (``at_noise``), another is worth its time as long as it needs fewer, or comes nearer.
+    Where it came to the noise (``at_noise``), another is worth its time as long as it needs fewer, or comes nearer. One
+    that has nothing left to take is given up where it is so many times as far off as is ``hopeless``.
     """
 
     chi2_per_dof: float
     effects: float = np.inf
     at_noise: bool = False
+    hopeless: float = HOPELESS
 
     def is_out_of_reach(self, fitted: Fitted, stuck: bool) -> bool:
         """Whether another search is hopeless: stuck far behind, or behind with as many effects."""
-        if stuck and fitted.chi2_per_dof > HOPELESS * self.chi2_per_dof:
+        if stuck and fitted.chi2_per_dof > self.hopeless * self.chi2_per_dof:
             return True
         many = len(fitted.solution.structure.actives) >= self.effects
         return many and CLEARLY * fitted.chi2_per_dof > self.chi2_per_dof
