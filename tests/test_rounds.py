@@ -48,8 +48,6 @@ def play(monkeypatch):
     def stubs(**named):
         for name, stub in named.items():
             monkeypatch.setattr(module, name, stub)
-            if name == "pruned":
-                monkeypatch.setattr(pruning, name, stub)
 
     stubs(astray=lambda _: False, _in_waves=lambda *_: None, _nearer=lambda fitted, _: fitted)
     stubs(_in_pairs=lambda turn, *_: [turn], _together=lambda *_: [], instead_of_wander=lambda *_: None)
@@ -361,21 +359,17 @@ def test_what_took_as_many_effects_as_another_search_and_is_clearly_behind_is_gi
 
 @pytest.mark.parametrize(
     ("chi2", "effects", "stands", "given_up"),
-    [
-        (1.0, 2, 2, True),
-        (1.0, 1, 1, False),
-        (1.0, 3, 1, False),
-        (1.0, 3, 2, True),
-        (0.9, 2, 2, False),
-    ],
+    [(1.0, 2, 2, True), (1.0, 1, 1, False), (1.0, 3, 1, False), (1.0, 3, 2, True), (0.9, 2, 2, False)],
 )
 def test_what_needs_as_many_effects_as_a_search_that_came_to_the_noise_is_given_up(
-    play, chi2, effects, stands, given_up
+    play, monkeypatch, chi2, effects, stands, given_up
 ):
     """Once those that no longer stand are gone: none is plainer, and none can be clearly nearer."""
     kept = fit(chi2, actives=(None,) * stands)
     play(_turn=lambda fitted, *_, **__: Turn(fitted, (), (), None))
-    play(pruned=lambda f, _: f if len(f.solution.structure.actives) == stands else kept)
+    monkeypatch.setattr(
+        pruning, "pruned", lambda f, _: f if len(f.solution.structure.actives) == stands else kept
+    )
     within = Within(first=First(1.02, 2, at_noise=True))
     with pytest.raises(GivenUp) if given_up else nullcontext():
         found = rounds(fit(chi2, actives=(None,) * effects), [], Pace(), within=within)
