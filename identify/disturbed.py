@@ -183,12 +183,16 @@ def _rest(problem: Problem, window: Window, after: int) -> Window:
 
 
 def _stand_off(problem: Problem, windows: list[Window], answers: FloatArray) -> None:
-    """Put in where positions stand off by one, north and east, and headings, in each block."""
+    """Put in where positions stand off by one, north and east, and headings, in the middle of each block.
+
+    Between the middles a drift is on a line: in blocks that jump what moves a vessel smoothly would be preferred to it.
+    """
     count = answers.shape[3]
     for w in windows:
         stretch = problem.stretches[w.stretch]
         since = (stretch.samples.t[w.samples] - stretch.start) / stretch.h - w.first
-        block = np.clip((since * count / w.steps).astype(int), 0, count - 1)
+        place = np.clip(since * count / w.steps - 0.5, 0.0, count - 1.0)
+        weights = np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
         for kind, axis, stands in ((kernel.POSITION, 0, 0), (kernel.POSITION, 1, 1), (kernel.HEADING, 0, 2)):
             at = np.nonzero(problem.kinds(w) == kind)[0]
-            answers[w.samples.start + at, axis, PUSHED + stands, block[at]] = 1.0
+            answers[w.samples.start + at, axis, PUSHED + stands] = weights[at]

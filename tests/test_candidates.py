@@ -190,3 +190,12 @@ def test_a_load_that_was_taken_in_one_form_is_not_looked_for_in_another():
     load = next(a for a in candidates(structure) if a.effect.name == "mass_change")
     taken = structure.with_effect(readings(load)[1])
     assert load.label not in {a.label for a in candidates(taken)}
+
+
+def test_an_effect_that_is_in_two_choices_of_the_logs_is_not_looked_for_in_a_third():
+    """With a value of its own in every log it would stand for whatever changes between them."""
+    structure = structure_of("modulus", logs=("a", "b", "c", "d"))
+    for left in (True, True, False):
+        load = next((a for a in candidates(structure) if a.effect.name == "mass_change"), None)
+        assert (load is not None) is left
+        structure = structure.with_effect(load) if load else structure

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from identify.fitted import FAR, NEAR
-from validate import judgement
+from validate import judgement, rounds
 from validate.analysis import _nearest_bare, _nearest_in_windows
 from validate.judgement import _in_their_logs
 
@@ -80,3 +80,19 @@ def test_where_the_best_cause_comes_to_the_noise_the_others_are_not_asked_for_th
     found = _in_their_logs(fit(without, total=100.0), list(zip(named, fits, strict=True)))
     assert seen == [fits[0], fits[2]][:asked]
     assert [f for _, f in found] == fits
+
+
+@pytest.mark.parametrize(("again", "nearest"), [(1.5, "again"), (6.0, "base"), (4.0, "base")])
+def test_weights_that_give_up_what_is_far_off_do_not_lead_away_from_a_nearer_fit(monkeypatch, again, nearest):
+    begin, base = fit(5.0, total=0.2), fit(2.0)
+    refits = iter([fit(5.0, total=10.0), named := fit(again)])
+    monkeypatch.setattr(rounds, "under", lambda *_: next(refits))
+    monkeypatch.setattr(rounds, "recalibrated", lambda *_: None)
+    assert rounds._nearer(begin, base) is {"again": named, "base": base}[nearest]
+
+
+def test_a_better_fit_by_weights_that_give_up_what_is_far_off_is_no_nearer(monkeypatch):
+    begin, base = fit(2.0, total=0.2), fit(5.0)
+    monkeypatch.setattr(rounds, "under", lambda *_: fit(6.0, total=10.0))
+    monkeypatch.setattr(rounds, "recalibrated", lambda *_: None)
+    assert rounds._nearer(begin, base) is begin

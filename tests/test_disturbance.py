@@ -14,6 +14,7 @@ from identify.disturbance import _less, _Reduced, with_disturbances
 from identify.disturbed import blocks_in, unit_answers
 from identify.drive import drive
 from identify.first_states import first_states
+from identify.kernel import HEADING
 from identify.output_error import solve
 from identify.parameter_covariance import _inverse, _of_prior_alone, covariance_of
 from identify.predict import run
@@ -187,3 +188,18 @@ def test_slopes_of_the_likelihood_are_those_of_its_values(restricted):
     values = [[_less(reduced, np.exp(x + by * s), restricted)[0] for s in step] for by in (1.0, -1.0)]
     slopes = _less(reduced, np.exp(x), restricted)[1]
     assert slopes == pytest.approx((np.array(values[0]) - values[1]) / 2e-6, abs=1e-6)
+
+
+def test_a_sensor_s_drift_is_on_lines_between_the_middles_of_the_blocks():
+    """What is off by as much as the time itself, there, is so at every sample between the first and the last."""
+    fitted = sailed()
+    s, problem = fitted.solution, fitted.problem
+    drives, count = [drive(s.structure, s.p, x) for x in problem.stretches], blocks_in(problem)
+    stretch, window = problem.stretches[0], problem.windows[0]
+    [answers, *_] = unit_answers(problem, s.structure, drives, s.first, count)
+    heading = np.nonzero(stretch.samples.kind[window.samples] == HEADING)[0] + window.samples.start
+    since = (stretch.samples.t[heading] - stretch.start) / stretch.h - window.first
+    middles = (np.arange(count) + 0.5) * window.steps / count
+    told = answers[heading, 0, 5] @ middles
+    assert np.allclose(told, np.clip(since, middles[0], middles[-1]))
+    assert np.allclose(answers[heading, 0, 5].sum(axis=1), 1.0)

@@ -118,6 +118,7 @@ def test_what_is_given_up_in_longer_windows_stays_in_the_shorter_ones(monkeypatc
         raise GivenUp
 
     monkeypatch.setattr(loop, "rounds", lambda fitted, turns, _, within: turns.append("short") or fitted)
+    monkeypatch.setattr(loop, "refined", lambda near, _length: near)
     monkeypatch.setattr(loop, "_lengthened", given_up)
     turns = []
     assert loop._gone_on_with(declared, turns, None, Within(first=First(0.5))) is declared
@@ -188,16 +189,19 @@ def test_a_search_without_the_first_effect_that_is_given_up_leaves_what_was_foun
 def near_fit(chi2, off, *labels, length=30.0):
     actives = tuple(SimpleNamespace(label=label) for label in labels)
     return SimpleNamespace(
-        chi2_per_dof=chi2, is_off=off, problem=SimpleNamespace(length=length),
+        chi2_per_dof=chi2, astray_by=chi2, is_off=off, problem=SimpleNamespace(length=length),
         solution=SimpleNamespace(structure=SimpleNamespace(actives=actives)),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("takes", "chi2", "looks"), [("walk", 2.5, 0), ("walk", 1.5, 1), ("wind", 2.5, 1)])
-def test_what_is_taken_over_short_windows_too_is_not_looked_for_again_over_long_ones(
+@pytest.mark.parametrize(
+    ("takes", "chi2", "looks"),
+    [("walk", 2.4, 0), ("walk", 1.5, 1), ("wind", 2.4, 1), ("wind", 2.6, 0), ("wind", 1.5, 1)],
+)
+def test_what_is_taken_over_short_windows_is_gone_on_with_in_long_ones_that_it_brings_nearer_the_noise(
     monkeypatch, takes, chi2, looks
 ):
-    """Unless its values bring them nearer the noise."""
+    """Clearly nearer, if it had been taken before."""
     looked = []
     monkeypatch.setattr(
         loop, "rounds", lambda f, turns, *_, **__: turns.append(SimpleNamespace(taken="walk")) or f
@@ -242,6 +246,7 @@ def test_a_search_off_the_noise_that_began_in_long_windows_is_held_against_one_t
     other = SimpleNamespace(fitted=near_fit(1.05 if nearer else 2.4, not nearer))
     monkeypatch.setattr(loop, "rounds", taking)
     monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, length: begun if length == 10.0 else None)
+    monkeypatch.setattr(loop, "refined", lambda near, _length: near)
     monkeypatch.setattr(loop, "_lengthened", lambda near, *_: near)
     monkeypatch.setattr(loop, "_ended", lambda *_: other)
     structure = SimpleNamespace(vessel=SimpleNamespace(length=2.0))
@@ -260,6 +265,7 @@ def test_a_search_over_short_windows_that_is_given_up_leaves_what_was_found(monk
         loop, "rounds", lambda f, turns, *_, **__: turns.append(SimpleNamespace(taken="walk")) or f
     )
     monkeypatch.setattr(loop, "fit_from_scratch", lambda *_, **__: near_fit(1.3, True, "walk"))
+    monkeypatch.setattr(loop, "refined", lambda near, _length: near)
     monkeypatch.setattr(loop, "_lengthened", given_up)
     prepared = SimpleNamespace(structure=SimpleNamespace(vessel=SimpleNamespace(length=2.0)), identify=())
     found = SimpleNamespace(fitted=near_fit(2.5, True), turns=[])

@@ -130,6 +130,13 @@ def test_a_drift_is_told_anew_where_what_was_missing_was_part_of_it():
     assert 0.6 < wander_shown(again.problem).size / drift.size < 1.7
 
 
+def test_what_moves_a_position_evenly_is_not_told_as_more_of_a_drift_that_is_known():
+    found = fitted_to_swings(fitted(), POSITION, 6.0, 40.0, 1)
+    drift = Drift(noise(fitted()), TIME, POSITION, shown=True)
+    known = replace(found, problem=replace(found.problem, stretches=in_wander(found.problem, drift)))
+    assert with_wander_anew(known) is known
+
+
 def test_a_drift_that_is_no_more_is_forgotten():
     found = fitted()
     known = replace(

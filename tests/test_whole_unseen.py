@@ -60,10 +60,22 @@ def test_whole_unseen_logs_that_no_values_follow_while_the_fit_s_own_are_at_the_
     """A rich model bends to what is missing; first states that are free in every window hide how far."""
     prepared = SimpleNamespace(identify=("log",), validate=("other",))
     monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole_fit(own))
+    monkeypatch.setattr(verdict, "with_wander_anew", lambda found: found)
     for name in ("on_other_logs", "with_other_logs"):
         monkeypatch.setattr(verdict, name, lambda *_: whole_fit(shown))
     monkeypatch.setattr(verdict, "structured_share", lambda *_: {"v": 0.5})
     assert verdict._left_over_whole_unseen(prepared, WindowedFit(1.0, Windows(30.0))) == left
+
+
+def test_whole_unseen_logs_are_held_against_a_drift_as_the_fit_s_own_show_it_as_a_whole(monkeypatch):
+    """A receiver may be off for minutes, of which windows of half of one show a part."""
+    prepared = SimpleNamespace(identify=("log",), validate=("other",))
+    whole, told, asked = whole_fit(1.0), whole_fit(1.0), []
+    monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole)
+    monkeypatch.setattr(verdict, "with_wander_anew", lambda found: told if found is whole else None)
+    monkeypatch.setattr(verdict, "on_other_logs", lambda found, _: asked.append(found) or whole_fit(1.0))
+    assert verdict._left_over_whole_unseen(prepared, WindowedFit(1.0, Windows(30.0))) == {}
+    assert len(asked) == 1 and asked[0] is told
 
 
 @pytest.mark.parametrize("off", [False, True])

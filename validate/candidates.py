@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +29,8 @@ Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 #: What keeps parameters of a fit from standing in for one another without end, in units of their own information.
 DAMPING = 1e-9
+#: An effect is in no more than so many choices of the logs: three levels may be loads, or depths; a value per log is not.
+MOST_CHOICES = 2
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,13 @@ def candidates(structure: Structure, effects: Sequence[Effect] = EFFECTS) -> lis
     What an input has in one form (a dead band) it does not have in another besides; inputs have it alike where all of
     them move. What bends an input about its zero is not looked at beside another that does.
     """
+    in_some = Counter(a.effect.name for a in structure.actives if "logs" in a.variant.options)
     taken = {plainly_read(a).label for a in structure.actives}
     had = {(a.effect.name, name) for a in structure.actives for name in a.variant.inputs}
     return [
         active
         for effect in effects
-        if not effect.rewire
+        if not effect.rewire and in_some[effect.name] < MOST_CHOICES
         for variant in effect.variants(structure.setting)
         if (active := Active(effect, variant)).label not in taken
         if not had.intersection((effect.name, name) for name in variant.inputs)

@@ -151,7 +151,7 @@ def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Withi
     turns: list[Turn] = []
     begun = fit_from_scratch(prepared.structure, prepared.identify, length=length)
     near = rounds(begun, turns, pace, within=within)
-    if not any(t.taken for t in turns) or _had_already(found.fitted, near):
+    if not any(t.taken for t in turns) or _no_nearer(found.fitted, near):
         return found
     with suppress(GivenUp):
         held = replace(within, first=First(found.fitted.chi2_per_dof))
@@ -160,10 +160,11 @@ def _begun_shorter(prepared: Prepared, found: Outcome, pace: Pace, within: Withi
     return found
 
 
-def _had_already(found: Fitted, near: Fitted) -> bool:
-    """Whether what is taken over short windows is no more than a fit has, and no nearer by its windows."""
+def _no_nearer(found: Fitted, near: Fitted) -> bool:
+    """Whether what is taken over short windows brings a fit no nearer by its own; what it has already, not clearly."""
     had, has = (frozenset(a.label for a in f.solution.structure.actives) for f in (found, near))
-    return has <= had and not came_there(refined(near, found.problem.length), found)
+    there = refined(near, found.problem.length)
+    return (has <= had or there.astray_by > found.astray_by) and not came_there(there, found)
 
 
 def _ended(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:

@@ -92,11 +92,8 @@ def rounds(
         if swaying:
             fitted = swaying
             continue
-        if (
-            turn.taken is None
-            and again < LOOKS_AGAIN
-            and (nearer := _nearer(fitted, turn.base)) is not fitted
-        ):
+        looks = turn.taken is None and again < LOOKS_AGAIN
+        if looks and (nearer := _nearer(fitted, turn.base)) is not fitted:
             turns.append(turn)
             fitted, again, repeats = nearer, again + 1, True
             continue
@@ -128,10 +125,14 @@ def _with_slow_errors_known(
 
 
 def _nearer(fitted: Fitted, base: Fitted) -> Fitted:
-    """A fit; or what a look at other causes made of it, where that is clearly nearer the noise by the same weights."""
+    """A fit; or what a look at other causes made of it, where that is clearly nearer the noise by the same weights.
+
+    Weights that give up what is far off may lead away from it again: the nearest is gone on with.
+    """
     if not base.solution.total < NEARER * under(base.problem, fitted, 3).solution.total:
         return fitted
-    return under(recalibrated(base.problem, base.solution), base, 20)
+    again = under(recalibrated(base.problem, base.solution), base, 20)
+    return min(fitted, again, base, key=lambda f: f.astray_by)
 
 
 def _thorough(turn: Turn, pace: Pace, barred: Names) -> Turn:

@@ -29,6 +29,7 @@ from validate.report.labels import NOT_REFITTED, in_order
 from validate.residual_tests import residual_tests
 from validate.rounds import MOST_EFFECTS, Turn
 from validate.structure_left import cross_validated, over_whole_logs, spread_of, structured_share
+from validate.wander import with_wander_anew
 from validate.waves import as_effect
 from validate.within import BELIEVABLE
 
@@ -128,10 +129,11 @@ def _left_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
 def _left_over_whole_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, float]:
     """What is left on unseen logs as a whole, where the fit's own are at the noise as a whole.
 
-    Over windows first states that are free in each may follow what is missing where a rich model's wild values do not.
-    Values follow as far as the fit's own logs leave them open.
+    Over windows first states that are free in each may follow what is missing where a rich model's wild values do not;
+    so they do what a receiver is off for longer. Values follow as far as the fit's own logs leave them open.
     """
     own = as_a_whole(fitted) if prepared.validate and not fitted.is_off else None
+    own = with_wander_anew(own) if own else None
     if not _is_near(own, fitted) or _is_near(shown := on_other_logs(own, prepared.validate), fitted):
         return {}
     followed = with_other_logs(own, prepared.validate) if shown else None

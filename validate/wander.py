@@ -46,7 +46,7 @@ def with_wander_known(fitted: Fitted) -> Fitted:
 def with_wander_anew(fitted: Fitted) -> Fitted:
     """The fit with a drift that the errors of one before it showed told anew: part of it may be what was missing then.
 
-    Without any where none is left; as it was where none was known so.
+    Without any where none is left; as it was where none was known so, or where the errors are smoother than a drift.
     """
     if wander_shown(fitted.problem) is None:
         return fitted
@@ -55,6 +55,8 @@ def with_wander_anew(fitted: Fitted) -> Fitted:
     without = under(calibrated_anew(bare, without.solution), without, STEPS)
     if not _position_slow(without) > SLOW and not without.is_off:
         return without
+    if smoothness(without.problem, without.solution.moments, POSITION) > SMOOTH:
+        return fitted
     drift = likeliest_wander(without.problem, without.solution, reduction_of(without))
     return fitted if drift is None else _drifting(without, drift)
 
