@@ -29,7 +29,7 @@ Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 #: What keeps parameters of a fit from standing in for one another without end, in units of their own information.
 DAMPING = 1e-9
-#: An effect is in no more than so many choices of the logs: three levels may be loads, or depths; a value per log is not.
+#: An effect is in no more than so many choices of the logs: three levels are loads or depths, one per log is neither.
 MOST_CHOICES = 2
 
 
