@@ -26,10 +26,10 @@ from identify.whole_windows import sharpest, steadied
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
 from validate.begins import begun_in
+from validate.borne_out import borne_out, rewired
 from validate.carried import carried_tables
 from validate.diagnosis import MATERIALITY, Diagnosis, Validation
 from validate.grown import grown
-from validate.logs_of_effects import in_logs_as_they_say
 from validate.loop import search
 from validate.outcome import Outcome
 from validate.pace import Pace
@@ -39,8 +39,6 @@ from validate.search_in_waves import in_known_waves, searched
 from validate.sure import surely
 from validate.swell import needs_waves, seen_waves, without_waves
 from validate.tables import actuator_tables, prediction_tables
-from validate.told_logs import told_of_the_odd_logs
-from validate.unseen import leads_astray, speak_against
 from validate.verdict import diagnose
 
 Progress = Callable[[str, str, float], None]
@@ -106,7 +104,7 @@ def analyse(
     after = _after(prepared, declared, outcome, far)
     progress("validate", "unseen logs", 0.7)
     if outcome and outcome.standing:
-        outcome, after = _borne_out(prepared, declared, outcome, after)
+        outcome, after = borne_out(prepared, declared, outcome, after)
     if outcome and after is outcome.fitted:
         outcome = surely(outcome)
         declared = _nearest_bare(declared, outcome) if windowed else declared
@@ -144,7 +142,7 @@ def _after(prepared: Prepared, declared: Fitted, outcome: Outcome | None, far: b
     if outcome is None or not outcome.standing:
         return declared
     if far and outcome.fitted.is_far and all(s.active.effect.rewire for s in outcome.standing):
-        return _rewired(prepared, outcome)
+        return rewired(prepared, outcome)
     return outcome.fitted
 
 
@@ -243,29 +241,9 @@ def _finished(
     return whole, found, replace(outcome, fitted=found)
 
 
-def _borne_out(
-    prepared: Prepared, declared: Fitted, outcome: Outcome, after: Fitted
-) -> tuple[Outcome, Fitted]:
-    """What neither unseen nor whole logs speak against: all as found, in the logs that say so, else the wiring."""
-    placed = told_of_the_odd_logs(in_logs_as_they_say(outcome, prepared))
-    after = after if placed is outcome else placed.fitted
-    if not (speak_against(prepared, declared, after) or leads_astray(prepared, declared, after)):
-        return placed, after
-    kept = placed.standing[: 1 if outcome.wiring else 0]
-    refuted = tuple(t.active.label for t in placed.standing[len(kept) :])
-    after = _rewired(prepared, outcome) if outcome.wiring else declared
-    return replace(outcome, standing=kept, refuted=refuted), after
-
-
 def _windowed(estimator: str, optimiser: str) -> bool:
     """Whether the declared model was fitted as the loop fits."""
     return _estimator(estimator) == "output_error" and optimiser == "auto"
-
-
-def _rewired(prepared: Prepared, outcome: Outcome) -> Fitted:
-    """The declared model with nothing but the wiring put right, which was found on grounds of its own."""
-    wired = [prepared.structure.with_effect(w.active) for w in (outcome.wiring,) if w]
-    return fit_far_from_noise(wired[0] if wired else prepared.structure, prepared.identify)
 
 
 def _model(trials: Sequence[Trial], name: str) -> str:
