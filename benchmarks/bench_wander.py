@@ -12,6 +12,7 @@ import dataclasses
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -27,6 +28,8 @@ MANOEUVRES = ("zigzag", "circle", "random", "speed", "zigzag", "random")
 DURATION, CURRENT = 120.0, 0.2
 #: What is drawn: standard deviation of the wander, m, its time constant, s, positions per second, white noise, m.
 SIZES, TIMES, RATES, WHITE = (0.3, 0.6, 1.0, 1.5), (20.0, 30.0, 60.0, 100.0), (1.0, 5.0), (0.02, 0.1, 0.3)
+#: Noise of a velocity where there is one, m/s.
+DOPPLER = 0.04
 
 
 @dataclass(frozen=True)
@@ -53,14 +56,18 @@ def drawn(count: int, seed: int) -> list[Case]:
     ]  # fmt: skip
 
 
-def answer(case: Case) -> tuple[Case, str]:
-    """What is said of a campaign."""
+def answer(case: Case, smooth: bool = False) -> tuple[Case, str]:
+    """What is said of a campaign; of a receiver that filters: its positions wander smoothly, its velocities do not."""
     from seatrial import load_campaign, run
 
     ship, rng = make_vessel(case.vessel), np.random.default_rng(case.number)
     flow = {"speed": CURRENT * ship.speed, "direction": float(rng.uniform(0.0, 2.0 * np.pi))}
     receiver = Sensor(case.rate, case.white, 0.004, wander=case.size, wander_time=case.time, lost=0.01)
-    suite = FORMATS["csv"].suite(dataclasses.replace(DEFAULT_SUITE, position=receiver))
+    sensors = dataclasses.replace(DEFAULT_SUITE, position=receiver)
+    if smooth:
+        filtered = dataclasses.replace(receiver, smooth=True)
+        sensors = dataclasses.replace(sensors, position=filtered, velocity=Sensor(case.rate, DOPPLER))
+    suite = FORMATS["csv"].suite(sensors)
     world = World((Effect("current", flow),) if case.current else ())
     runs = record_campaign(
         ship, world, suite, MANOEUVRES, duration=DURATION, seed=100 + case.number, validate=2
@@ -77,11 +84,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--cases", type=int, default=28)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument(
+        "--smooth", action="store_true", help="positions that wander smoothly, beside velocities"
+    )
     a = parser.parse_args(arguments)
     print("vessel      wander m over s  per s  white m  lacks     said")
     right: dict[bool, list[bool]] = {False: [], True: []}
     with get_context("spawn").Pool(a.workers) as pool:
-        for case, said in pool.imap(answer, drawn(a.cases, a.seed)):
+        for case, said in pool.imap(partial(answer, smooth=a.smooth), drawn(a.cases, a.seed)):
             lacks = "current" if case.current else "nothing"
             receiver = f"{case.size:9.1f} {case.time:6.0f} {case.rate:6.0f} {case.white:8.2f}"
             print(f"{case.vessel:10} {receiver}  {lacks:8}  {said}", flush=True)

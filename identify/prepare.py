@@ -18,7 +18,7 @@ from identify.structure import Structure, structure_for
 from identify.usable import still, usable, why_none
 from ingest.errors import NotIdentifiable
 from preprocess.rounding import input_step
-from preprocess.trial import Trial
+from preprocess.trial import Measurement, Trial
 from preprocess.vessel import Input, Vessel
 
 FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -114,9 +114,15 @@ def _with_pooled_drift(trials: Sequence[Trial], least: float) -> list[Trial]:
         time = float(np.median([m.correlation_time for m in found]))
         size = float(np.sqrt(np.median([m.wander**2 / m.correlation_time for m in found]) * time))
         white = float(np.median([m.sigma for m in found]))
+        told = {"sigma": white, "wander": size, "correlation_time": time, "smooth": _mostly(found)}
         if size > least:
-            return [_with_position(t, sigma=white, wander=size, correlation_time=time) for t in trials]
+            return [_with_position(t, **told) for t in trials]
     return [_with_position(t, wander=0.0, correlation_time=0.0) for t in trials]
+
+
+def _mostly(found: Sequence[Measurement]) -> bool:
+    """Whether most of these wander smoothly."""
+    return 2 * sum(m.smooth for m in found) > len(found)
 
 
 def _with_position(trial: Trial, **told: float) -> Trial:

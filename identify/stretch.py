@@ -234,7 +234,7 @@ def _stretch(trial: Trial, begin: float, end: float, h: float) -> Stretch | None
 
 def _drifts(trial: Trial) -> tuple[Drift, ...]:
     known = {k: m for k, m in trial.measurements.items() if k in STREAMS and m.wander > 0.0}
-    return tuple(Drift(m.wander, m.correlation_time, KIND[k]) for k, m in known.items())
+    return tuple(Drift(m.wander, m.correlation_time, KIND[k], m.smooth) for k, m in known.items())
 
 
 def _wind(trial: Trial, grid: FloatArray) -> FloatArray:

@@ -18,9 +18,11 @@ from preprocess.chains import Segments
 from preprocess.deviation import Deviation, deviation_of, without_deviation
 from preprocess.integrated import Piece, Run, Sensed, in_long_blocks, piece_of, runs_of, sensed, with_own
 from preprocess.less_sure import with_wanders
-from preprocess.told_wanders import OWN, Told, told, told_quick
+from preprocess.told_wanders import OWN, Smooth, Told, told, told_quick
 from preprocess.trial import FloatArray, Trial
 
+#: How headings wander smoothly, over minutes; gyros drift as readily.
+COMPASSES = Smooth((40.0, 80.0, 160.0), 0.05, 0.5)
 #: A wander of the heading of less than this, rad, is as good as none.
 NEGLIGIBLE = 1e-3
 #: Within seconds: shortest block, s, or the heading's own interval, none longer than the second; time constants in
@@ -55,7 +57,7 @@ def turning_errors(trials: Sequence[Trial]) -> tuple[Told, Deviation | None]:
         return Told(), None
     columns = [alike_of(run, angle) for run, angle in zip(runs, angles_of(runs), strict=True)]
     whole = in_long_blocks(runs, columns, len(both))
-    found = told(whole, gyros)
+    found = told(whole, gyros, COMPASSES)
     deviation = deviation_of(whole, DEVIATION, found, max(g.missed for g in gyros)) if whole else None
     own, block = found.own, max(QUICKEST, *(s.every for s in (*headings, *gyros)))
     if (own is None or own.time == min(OWN)) and block <= SLOWEST:

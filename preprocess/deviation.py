@@ -60,7 +60,9 @@ def deviation_of(pieces: Sequence[Piece], place: slice, found: Told, missed: flo
         How much faster the gyro's noise may add up than its samples say, as a logarithm.
     """
     own, rate = (None if w is None else w.time for w in (found.own, found.rate))
-    each, covariance = columns_of(pieces, Errors(own, rate, walks=found.rate is None, missed=missed))
+    smooth = found.own is not None and found.own.smooth
+    errors = Errors(own, rate, smooth, walks=found.rate is None, missed=missed)
+    each, covariance = columns_of(pieces, errors)
     parts, spread = each[place], covariance[place, place]
     if not np.isfinite(spread).all():
         return None

@@ -30,7 +30,9 @@ def with_wanders(trial: Trial, found: Mapping[str, Wander | None]) -> Trial:
 def _with_one(trial: Trial, name: str, wander: Wander) -> Trial:
     measured = trial.measurements[name]
     sigma = measured.sigma if wander.white is None else min(measured.sigma, wander.white)
-    known = replace(measured, wander=wander.size, correlation_time=wander.time, sigma=sigma)
+    known = replace(
+        measured, wander=wander.size, correlation_time=wander.time, smooth=wander.smooth, sigma=sigma
+    )
     what, unit, si, less = WORDS[name]
     lasting = f"{wander.time:.{0 if wander.time >= 10.0 else 1}f} s"
     said = f"The errors of the {what} wander ({wander.size / si:.2g}{unit}, over {lasting}): {less} is less sure."
@@ -46,7 +48,7 @@ def _less_sure(states: pd.DataFrame, name: str, measured: Measurement, wander: W
     """The states with what the smoother followed of a wander: a heading's turns what moves along into sway."""
     states = states.copy()
     white = max(measured.sigma, EXACT) ** 2 * sensed(measured).every
-    times = 2.0 * wander.size**2 * wander.time / white
+    times = (4.0 if wander.smooth else 2.0) * wander.size**2 * wander.time / white
     along = np.hypot(states["u"], states["v"])
     first, more = {"heading": ("psi", ("psi",)), "yaw_rate": ("r", ("r",)), "velocity": ("u", ("u", "v"))}[
         name

@@ -1,7 +1,8 @@
 """Errors of a receiver's velocity that wander, told by its positions: over all logs, whatever model there is.
 
 A receiver filters the velocity that it gives: its errors last for some tenths of a second to some seconds. The position
-less the integral of the velocity has no motion in it; how the position's own errors wander is told beside it anew.
+less the integral of the velocity has no motion in it; how the position's own errors wander is told beside it anew, and
+whether smoothly: of what looks like either, satellites move a position by metres, and a Doppler velocity by little.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ import numpy as np
 
 from preprocess.integrated import Run, in_long_blocks, runs_of, sensed
 from preprocess.less_sure import with_wanders
-from preprocess.told_wanders import Told, told
+from preprocess.told_wanders import Smooth, Told, Wander, told
 from preprocess.trial import Trial
 
+#: How positions wander smoothly, all of which is their own.
+RECEIVERS = Smooth((40.0, 20.0, 80.0, 160.0), 10.0, 1.0)
 #: North and east.
 AXES = (0, 1)
 
@@ -23,11 +26,10 @@ AXES = (0, 1)
 def with_velocity_wander(trials: Sequence[Trial]) -> list[Trial]:
     """The trials with the wander of their velocities, where they show one, and what wanders of positions beside it."""
     found = moving_wanders(trials)
-    if found.rate is None:
+    if found.rate is None and not (found.own and found.own.smooth):
         return list(trials)
-    size, time = (found.own.size, found.own.time) if found.own else (0.0, 0.0)
     return [
-        with_wanders(_with_position(t, size, time), {"velocity": found.rate}) if _of_one_receiver(t) else t
+        with_wanders(_with_position(t, found.own), {"velocity": found.rate}) if _of_one_receiver(t) else t
         for t in trials
     ]
 
@@ -38,8 +40,9 @@ def _of_one_receiver(trial: Trial) -> bool:
     return position is not None and velocity is not None and position.sender == velocity.sender
 
 
-def _with_position(trial: Trial, size: float, time: float) -> Trial:
-    known = replace(trial.measurements["position"], wander=size, correlation_time=time)
+def _with_position(trial: Trial, own: Wander | None) -> Trial:
+    size, time, smooth = (own.size, own.time, own.smooth) if own else (0.0, 0.0, False)
+    known = replace(trial.measurements["position"], wander=size, correlation_time=time, smooth=smooth)
     return replace(trial, measurements={**trial.measurements, "position": known})
 
 
@@ -52,7 +55,7 @@ def moving_wanders(trials: Sequence[Trial]) -> Told:
     runs = [run for number, (t, axis) in enumerate(pairs) for run in _runs(number, t, axis)]
     columns = [np.column_stack([run.rate, run.slope]) for run in runs]
     rates = [sensed(t.measurements["velocity"], 0) for t in both]
-    return told(in_long_blocks(runs, columns, len(pairs)), rates)
+    return told(in_long_blocks(runs, columns, len(pairs)), rates, RECEIVERS)
 
 
 def _runs(number: int, trial: Trial, axis: int) -> list[Run]:

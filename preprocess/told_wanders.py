@@ -1,12 +1,16 @@
 """Whether the errors of a sensor, or of one of its rate, wander: what each of the two is likelier with.
 
-A rate that wanders adds up to an error of the integral without bounds, a value that wanders comes back.
+A rate that wanders adds up to an error of the integral without bounds, a value that wanders comes back. A value that
+was filtered wanders smoothly: within some minutes that looks like a wander of the rate, and what is known of such
+sensors says whose it is.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from preprocess.integrated import Piece, Sensed
 from preprocess.rate_samples import may_wander, shows
@@ -25,13 +29,15 @@ OWN, RATE = (40.0, 10.0, 20.0, 80.0, 160.0), (2.0, 0.5, 1.0, 4.0, 8.0, 32.0, 128
 class Wander:
     """Standard deviation, time constant, s, and gain in -2 log likelihood.
 
-    ``white`` is the white noise beside it where it is quick; None where that is none of what was estimated.
+    ``white`` is the white noise beside it where it is quick; None where that is none of what was estimated. ``smooth``
+    where it is critically damped noise of second order, not of first.
     """
 
     size: float
     time: float
     gain: float
     white: float | None = None
+    smooth: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,20 @@ class Told:
     rate: Wander | None = None
 
 
-def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
+class Smooth(NamedTuple):
+    """What is known of sensors whose errors may wander smoothly, whatever the logs.
+
+    ``times`` are its time constants, s, of which the first is taken where others are no likelier; none has a larger
+    standard deviation than ``most``, SI. Of a wander that may as well be the rate's, a ``share`` of the variance is the
+    value's own, and the rest its rate's.
+    """
+
+    times: tuple[float, ...]
+    most: float
+    share: float
+
+
+def told(slow: Sequence[Piece], rates: Sequence[Sensed], smooth: Smooth) -> Told:
     """What long blocks tell of both, with the samples of the ``rates``."""
     if blocks_of(slow) < TELLING:
         return Told()
@@ -50,17 +69,38 @@ def told(slow: Sequence[Piece], rates: Sequence[Sensed]) -> Told:
     own = _likelier(slow, walking, [walking._replace(own=t) for t in OWN], CLEARER, least=0.5 * BELIEVED)
     bare = walking._replace(walks=False)
     rate = _likelier(slow, bare, [bare._replace(rate=t) for t in RATE], rates=rates)
-    if own and own.gain < BELIEVED and not (rate and _hardly_behind(own, rate, rates)):
+    near = own is not None and rate is not None and _hardly_behind(own, rate, rates)
+    either = _either(slow, rate, rates, smooth) if rate and not near else None
+    if either:
+        return either
+    if own and own.gain < BELIEVED and not near:
         own = None
     if own is None or rate is None:
         return Told(None if own is None else _own(own), None if rate is None else _rate(rate))
     more, first = [bare._replace(own=t, rate=rate.errors.rate) for t in OWN], rate
-    if _hardly_behind(own, rate, rates):
+    if near:
         more, first = [bare._replace(own=own.errors.own, rate=t) for t in RATE], own
     both = _nearest(_tried(slow, more, first.found.deviance), rates)
     if both is not None and both.gain >= BELIEVED:
         return Told(_own(both), _rate(both))
     return Told(own=_own(own)) if first is own else Told(rate=_rate(rate))
+
+
+def _either(slow: Sequence[Piece], rate: _Tried, rates: Sequence[Sensed], known: Smooth) -> Told | None:
+    """A smooth wander of the value that is nearly as likely as one of its ``rate``, and what is that one's."""
+    bare = rate.errors._replace(rate=None)
+    smooth = _likelier(slow, bare, [bare._replace(own=t, smooth=True) for t in known.times], CLEARER)
+    if smooth is None or smooth.found.own > known.most or not _hardly_behind(smooth, rate, rates):
+        return None
+    more = [smooth.errors._replace(rate=t) for t in RATE]
+    both = _nearest(_tried(slow, more, smooth.found.deviance), rates)
+    if both is not None and both.gain >= BELIEVED:
+        return Told(_own(both), _rate(both))
+    own, other = _own(smooth), _rate(rate)
+    return Told(
+        replace(own, size=math.sqrt(known.share) * own.size),
+        replace(other, size=math.sqrt(1.0 - known.share) * other.size) if known.share < 1.0 else None,
+    )
 
 
 def told_quick(quick: Sequence[Piece], times: Sequence[float], rate: Wander | None) -> Wander | None:
@@ -87,7 +127,7 @@ class _Tried:
 
 
 def _own(tried: _Tried) -> Wander:
-    return Wander(tried.found.own, tried.errors.own or 0.0, tried.gain)
+    return Wander(tried.found.own, tried.errors.own or 0.0, tried.gain, smooth=tried.errors.smooth)
 
 
 def _rate(tried: _Tried) -> Wander:

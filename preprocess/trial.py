@@ -44,6 +44,8 @@ class Measurement:
         0 where there is none.
     wander : float
         Standard deviation of that correlated noise, per component, in the value's unit.
+    smooth : bool
+        Whether that noise is smooth: critically damped of second order, as a receiver's filter leaves it, not of first.
     quantum : float
         For an input: step to which its values were rounded as they were logged, in their unit; 0 where none shows or
         nobody looked (``preprocess.rounding.input_step``).
@@ -67,6 +69,7 @@ class Measurement:
     held: bool = False
     correlation_time: float = 0.0
     wander: float = 0.0
+    smooth: bool = False
     quantum: float = 0.0
     weight: FloatArray | None = None
     unsure: float = 0.0

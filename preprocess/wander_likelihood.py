@@ -31,12 +31,14 @@ MOST_EVALUATIONS = 90
 class Errors(NamedTuple):
     """What errors are taken for: a wander of the value and one of its rate, by their time constants, s.
 
+    The value's is ``smooth`` where a filter has passed it on: critically damped of second order, not of first.
     ``walks`` where the rate's constant error may change by and by; ``missed``, as a logarithm, how much faster its
     noise may add up than its samples say.
     """
 
     own: float | None = None
     rate: float | None = None
+    smooth: bool = False
     walks: bool = True
     missed: float = MISSED
 
@@ -121,11 +123,9 @@ def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
     added = [p.walk * _averaged(b, -p.length / 6.0) for p, b in zip(pieces, begun, strict=True)]
     found = [_Part(added, 1.0, *walk)]
     if errors.own is not None:
-        less = [_of_average(p.length / errors.own) - 1.0 for p in pieces]
-        units = [
-            _averaged(np.exp((first - last) / errors.own), x)
-            for x, (first, last) in zip(less, both, strict=True)
-        ]
+        apart = [(last - first) / errors.own for first, last in both]
+        lengths = [p.length / errors.own for p in pieces]
+        units = [_smooth(a) if errors.smooth else _rough(a, x) for a, x in zip(apart, lengths, strict=True)]
         found.append(_Part(units, block, *wander, RANGE))
     if errors.rate is not None:
         units = [_added_up(first, last, errors.rate) for first, last in both]
@@ -140,6 +140,16 @@ def _parts(pieces: Sequence[Piece], errors: Errors) -> list[_Part]:
 def _averaged(covariance: FloatArray, more: float) -> FloatArray:
     """Covariance (b, b) of averages over blocks: only their own variances differ by more than a trifle."""
     return np.asarray(covariance + more * np.eye(len(covariance)), dtype=float)
+
+
+def _rough(apart: FloatArray, length: float) -> FloatArray:
+    """Covariance (b, b) of a wander of unit size, averaged over blocks of a ``length``, all in time constants."""
+    return _averaged(np.exp(-apart), _of_average(length) - 1.0)
+
+
+def _smooth(apart: FloatArray) -> FloatArray:
+    """The same of a smooth one, of which an average over a block is as good as its middle."""
+    return np.asarray((1.0 + apart) * np.exp(-apart), dtype=float)
 
 
 def _of_average(x: float) -> float:

@@ -22,17 +22,19 @@ from identify.windows import cut, moments, tangents_of
 
 
 @settings(deadline=None)  # the first compiles
-@given(st.floats(0.01, 5.0), st.floats(2.0, 200.0), st.integers(0, 2**32 - 1))
-def test_what_is_left_is_white_as_the_covariance_says(size, time, seed):
+@given(st.floats(0.01, 5.0), st.floats(2.0, 200.0), st.booleans(), st.integers(0, 2**32 - 1))
+def test_what_is_left_is_white_as_the_covariance_says(size, time, smooth, seed):
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0.05, 2.0, 25))
     kind = rng.choice([POSITION, HEADING], 25)
     sigma = rng.uniform(0.02, 0.3, 25)
     columns = rng.standard_normal((25, 2, 3))
     mine = kind == POSITION
-    drift = size**2 * np.exp(-np.abs(np.subtract.outer(t[mine], t[mine])) / time)
+    apart = np.abs(np.subtract.outer(t[mine], t[mine])) / time
+    drift = size**2 * np.exp(-apart) * (1.0 + apart if smooth else 1.0)
     covariance = np.eye(int(mine.sum())) + drift / sigma[mine] / sigma[mine][:, None]
-    known = filter_of(Drift(size, time).process(since_used(t, mine), kind), sigma, mine, [slice(0, 25)])
+    process = Drift(size, time, smooth=smooth).process(since_used(t, mine), kind)
+    known = filter_of(process, sigma, mine, [slice(0, 25)])
     left = new_in(known, slice(0, 25), columns)
     for axis in range(2):
         expected = columns[mine, axis].T @ np.linalg.solve(covariance, columns[mine, axis])

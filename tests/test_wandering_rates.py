@@ -18,6 +18,8 @@ LOGS = ("zigzag", "random", "circle", "zigzag")
 #: Variance that is added up in a second by a gyro whose zero moves, and by a velocity that is filtered.
 GYRO = Sensor(20.0, 0.003, wander=0.005, wander_time=5.0)
 FILTERED = Sensor(5.0, 0.03, wander=0.03, wander_time=1.0)
+#: A position as a receiver's filter leaves it, m.
+SMOOTH = Sensor(5.0, 0.05, wander=0.8, wander_time=40.0, smooth=True)
 CALM, FIX, QUIET = Sensor(5.0, 0.03), Suite().position, Suite().yaw_rate
 
 
@@ -69,6 +71,33 @@ def test_a_receiver_whose_positions_drift_need_not_have_velocities_that_do():
     assert moving_wanders(sailed(velocity=CALM, position=drifting)).rate is None
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_position_that_wanders_smoothly_is_not_held_for_a_velocity_that_does(seed):
+    """Within the minutes of a log both look alike; satellites move a position by metres."""
+    trials = sailed(velocity=CALM, position=SMOOTH, seed=seed)
+    found = moving_wanders(trials)
+    assert found.rate is None
+    assert found.own.smooth
+    assert found.own.size / found.own.time**1.5 == pytest.approx(0.8 / 40.0**1.5, rel=0.5)
+    assert all(t.measurements["position"].smooth for t in with_velocity_wander(trials))
+
+
+def test_a_known_smooth_wander_of_positions_is_noise_and_no_structure():
+    """Taken for a velocity that wanders, what the hull really did is believed less than where it was said to be."""
+    trials = with_velocity_wander(sailed(velocity=CALM, position=SMOOTH))
+    rough = [replace(t, measurements={**t.measurements, "position": rough_of(t)}) for t in trials]
+    chi2 = []
+    for told in (rough, trials):
+        prepared = prepare(told, "modulus")
+        chi2.append(fit_from_scratch(prepared.structure, prepared.identify).chi2_per_dof)
+    assert chi2[1] == pytest.approx(1.0, abs=0.05)
+    assert chi2[0] > chi2[1] + 0.03
+
+
+def rough_of(trial):
+    return replace(trial.measurements["position"], wander=0.0, smooth=False)
+
+
 def test_positions_and_velocities_of_two_receivers_are_not_held_against_each_other():
     def of_two(t):
         velocity = replace(t.measurements["velocity"], sender="the other")
@@ -115,3 +144,14 @@ def test_states_that_followed_a_wander_are_less_sure():
         for before, after in zip(trials, known(trials), strict=True):
             for k in states:
                 assert after.states[f"sigma_{k}"].mean() > 1.1 * before.states[f"sigma_{k}"].mean()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_smooth_wander_that_may_be_either_s_is_half_of_each(seed):
+    """A compass within the minutes of a log looks like a gyro that drifts, and both of them do."""
+    compass = Sensor(10.0, 0.006, wander=0.02, wander_time=40.0, smooth=True)
+    suite = replace(Suite(), heading=compass, yaw_rate=Sensor(10.0, 0.001), shared_attitude=False)
+    found = turning_errors(trials_of("patrol", LOGS, 240.0, seed, validate=0, suite=suite)[1])[0]
+    assert found.own.smooth
+    assert found.own.size / found.own.time**1.5 == pytest.approx(0.5**0.5 * 0.02 / 40.0**1.5, rel=0.5)
+    assert not found.rate.smooth
