@@ -15,6 +15,8 @@ from preprocess.stated import Word
 from preprocess.trial import Measurement
 from preprocess.wander_kalman import Wander
 
+#: How a finding begins by which the errors of a position wander.
+POSITION_WANDERS = "The errors of the position wander"
 #: Reasons that are things, and are counted so.
 THINGS = ("outlier", "spike")
 #: What is said of a log of which nothing can be used.
@@ -64,6 +66,11 @@ def in_words(reasons: Mapping[str, int]) -> str:
     return ", ".join(f"{n} {reason}{'s' * (n > 1 and reason in THINGS)}" for reason, n in reasons.items())
 
 
+def wandering(size: float, time: float, smooth: bool = False) -> str:
+    """That a position's errors wander, by how much, m, and over what time, s."""
+    return f"{POSITION_WANDERS} {'smoothly ' * smooth}({size:.2g} m, over {time:.0f} s)"
+
+
 def said(
     judged: Mapping[str, Judged],
     segments: Segments,
@@ -87,8 +94,7 @@ def said(
     if "yaw_rate" not in judged:
         out.append("No yaw rate was logged: it follows from the heading alone.")
     if wander is not None:
-        size = f"{wander.sigma:.2g} m, over {wander.time:.0f} s"
-        out.append(f"The errors of the position wander ({size}): velocities are less sure for it.")
+        out.append(f"{wandering(wander.sigma, wander.time)}: velocities are less sure for it.")
     out += [
         f"Samples of {k} count by what the sensor states of their accuracy."
         for k, w in (words or {}).items()

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from preprocess.findings import POSITION_WANDERS, wandering
 from preprocess.integrated import Run, in_long_blocks, runs_of, sensed
 from preprocess.less_sure import with_wanders
 from preprocess.told_wanders import Smooth, Told, Wander, told
@@ -41,9 +42,12 @@ def _of_one_receiver(trial: Trial) -> bool:
 
 
 def _with_position(trial: Trial, own: Wander | None) -> Trial:
+    """The trial with its positions' wander as it was told over all logs, in place of what its own told."""
     size, time, smooth = (own.size, own.time, own.smooth) if own else (0.0, 0.0, False)
     known = replace(trial.measurements["position"], wander=size, correlation_time=time, smooth=smooth)
-    return replace(trial, measurements={**trial.measurements, "position": known})
+    findings = tuple(f for f in trial.findings if not f.startswith(POSITION_WANDERS))
+    said = (f"{wandering(size, time, smooth)}, as all logs tell.",) if own else ()
+    return replace(trial, measurements={**trial.measurements, "position": known}, findings=(*findings, *said))
 
 
 def moving_wanders(trials: Sequence[Trial]) -> Told:
