@@ -176,7 +176,7 @@ def _slow(
     begin, part = input_clocks(structure, p, stretch)[name], stretch.h / SUBSTEPS
     change, _ = _places(logged, begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5))
     apart = min(MOST_APART, 2 + math.ceil(lasting / logged.sample_time))
-    spread = _intervals(logged) / math.sqrt(12.0)
+    spread = intervals(logged) / math.sqrt(12.0)
     still, step = put_in(structure, p, stretch, name), 0.5 * part
     which = np.cumsum(logged.good) - 1
     for turn in range(apart):
@@ -194,10 +194,10 @@ def _series(structure: Structure, p: FloatArray, stretch: Stretch, name: str) ->
     begin, part = input_clocks(structure, p, stretch)[name], stretch.h / SUBSTEPS
     at = begin + part * (np.arange(stretch.steps * SUBSTEPS, dtype=float) + 0.5)
     change, x = _places(logged, at)
-    by_delay = _by_delay(structure, p, stretch, name)
-    acts = np.flatnonzero(by_delay.any(axis=1))
+    delayed = by_delay(structure, p, stretch, name)
+    acts = np.flatnonzero(delayed.any(axis=1))
     changes = int(change.max()) + 1
-    total = np.array([np.bincount(change, row * part, changes) for row in by_delay[acts]])
+    total = np.array([np.bincount(change, row * part, changes) for row in delayed[acts]])
     moved = total.reshape(len(acts), changes)[:, change]
     inside, apart = (x > 0.0) & (x < 1.0), math.ceil(stretch.h / logged.sample_time) + 1
     turns = np.array([inside & (change % apart == turn) for turn in range(apart)])
@@ -226,19 +226,19 @@ def _places(logged: Measurement, at: FloatArray) -> tuple[IntArray, FloatArray]:
 
     A held input switches at its sample's time; the change may come half an interval earlier or later.
     """
-    t, interval = logged.t[logged.good], _intervals(logged)
+    t, interval = logged.t[logged.good], intervals(logged)
     end = t + 0.5 * interval if logged.held else t
     change = np.minimum(np.searchsorted(np.maximum.accumulate(end), at), len(t) - 1)
     return change, 1.0 - (end[change] - at) / np.maximum(interval[change], 1e-9)
 
 
-def _intervals(logged: Measurement) -> FloatArray:
+def intervals(logged: Measurement) -> FloatArray:
     """How long before each of an input's samples its change may have come, s."""
     t = logged.t[logged.good]
     return np.asarray(np.minimum(np.diff(t, prepend=t[0]), LONGEST * logged.sample_time))
 
 
-def _by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
+def by_delay(structure: Structure, p: FloatArray, stretch: Stretch, name: str) -> FloatArray:
     """Derivatives (channels, steps · SUBSTEPS) of the channels by a delay of one input."""
     step = 0.5 * stretch.h / SUBSTEPS
     later, earlier = (put_in(structure, p, _moved(stretch, name, shift), name) for shift in (step, -step))

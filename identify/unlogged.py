@@ -23,6 +23,7 @@ from identify.bridges import Shapes, shapes_of
 from identify.compiled import rows_of, sensing_of
 from identify.disturbed import Sizes, pushed_by
 from identify.drive import drive
+from identify.entry_phases import phases_of
 from identify.gusts import gusts_of
 from identify.rounded_inputs import rounding_of
 from identify.structure import Structure
@@ -57,7 +58,8 @@ class Unlogged:
     """What answers to the inputs: a structure and its parameters ``p`` (np,); and the share of the largest variance.
 
     ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units;
-    ``rounded`` (m, 2, R) likewise of the inputs' rounding, None where it counts for nothing; ``blown`` (m, 2, G) of the
+    ``phased`` (m, 2, I) and ``rounded`` (m, 2, R) likewise of inputs that are entered as old each time, and of their
+    rounding, None where that counts for nothing; ``blown`` (m, 2, G) of the
     gusts of a wind that nothing measured, whose variance is the share ``gusty`` of the largest; ``pushed`` (m, 2, P) of
     pushes and drifts of the sizes ``pushes``.
     """
@@ -67,6 +69,7 @@ class Unlogged:
     share: float
     windows: tuple[Window, ...]
     answers: tuple[FloatArray, ...]
+    phased: tuple[FloatArray, ...] | None = None
     rounded: tuple[FloatArray, ...] | None = None
     gusty: float = 0.0
     blown: tuple[FloatArray, ...] | None = None
@@ -76,7 +79,12 @@ class Unlogged:
     @property
     def sure(self) -> tuple[Part, ...]:
         """What is known of beside the answers."""
-        each = ((1.0, self.rounded), (math.sqrt(self.gusty), self.blown), (1.0, self.pushed))
+        each = (
+            (1.0, self.phased),
+            (1.0, self.rounded),
+            (math.sqrt(self.gusty), self.blown),
+            (1.0, self.pushed),
+        )
         return tuple((size, part) for size, part in each if part is not None)
 
     @property
@@ -88,7 +96,7 @@ class Unlogged:
     def gusts_alone(self) -> Unlogged | None:
         """The same with nothing hidden but gusts; None where there are none."""
         none = tuple(a[:, :, :0] for a in self.answers)
-        alone = replace(self, share=0.0, answers=none, rounded=None, pushes=None, pushed=None)
+        alone = replace(self, share=0.0, answers=none, phased=None, rounded=None, pushes=None, pushed=None)
         return alone if self.blown is not None else None
 
     def over(self, problem: Problem) -> Unlogged:
@@ -99,6 +107,7 @@ class Unlogged:
         if self.blown is not None:
             there = replace(there, gusty=self.gusty, blown=_blown(problem, self.structure, self.p))
         there = with_pushes(problem, there, self.pushes)
+        there = there if self.phased is None else _with_phases(problem, there)
         return there if self.rounded is None else _with_rounding(problem, there)
 
 
@@ -118,13 +127,19 @@ def _blown(problem: Problem, structure: Structure, p: FloatArray) -> tuple[Float
     return _of_all(problem, structure, p, gusts_of)
 
 
+def _with_phases(problem: Problem, known: Unlogged) -> Unlogged:
+    """The same with inputs that are entered as old each time; as it is where all are logged very often."""
+    phased = _of_all(problem, known.structure, known.p, phases_of)
+    return replace(known, phased=phased) if phased[0].shape[2] else known
+
+
 def _with_rounding(problem: Problem, known: Unlogged) -> Unlogged:
     """The same with what may have been rounded away, as far as it shows beside the sensors' noise."""
     if not any(m.quantum > 0.0 for s in problem.stretches for m in s.inputs.values()):
         return known
     rounded = _of_all(problem, known.structure, known.p, rounding_of)
     shown = max(_shown(problem, rounded, w) for w in problem.windows)
-    return replace(known, rounded=tuple(r[:, :, :shown] for r in rounded) if shown else None)
+    return replace(known, rounded=tuple(r[:, :, :shown] for r in rounded)) if shown else known
 
 
 def _shown(problem: Problem, answers: Sequence[FloatArray], window: Window) -> int:
@@ -154,10 +169,11 @@ def most_likely(
         most = _with_gusts(problem, most, raw)
     most = with_pushes(problem, most, pushes)
     known, gain = _believed(problem, most, raw)
-    rounding = _with_rounding(problem, most)
-    if rounding.rounded is not None:
-        other, more = _believed(problem, rounding, raw)
-        known = other if more > gain + BELIEVED else known
+    for beside in (_with_phases, _with_rounding) if asked else (_with_rounding,):
+        other = beside(problem, most)
+        found, more = (known, gain) if other is most else _believed(problem, other, raw)
+        if more > gain + BELIEVED:
+            most, known, gain = other, found, more
     return known if known.share or known.sure else None
 
 
