@@ -141,7 +141,7 @@ def test_waves_are_found_with_frequency_and_amplitudes(vessel, frequency, size, 
 
 
 @pytest.mark.parametrize("model", ["nomoto1", "nomoto2"])
-def test_a_band_is_measured_by_what_a_model_predicts(model):
+def test_a_band_is_measured_by_what_a_model_predicts(model, monkeypatch):
     """Of surge and sway a model of yaw alone says nothing: no channel of theirs has a say in the band."""
     sea = WAVES | {"frequency": 2.2}
     _, trials = trials_of("usv", ("zigzag", "random", "zigzag"), DURATION, 3, (Effect("waves", sea),))
@@ -154,6 +154,13 @@ def test_a_band_is_measured_by_what_a_model_predicts(model):
     assert 0.0 < found.spread < 0.3 * found.frequency
     assert set(found.seen.amplitudes) == {"r"}
     assert found.seen.amplitudes["r"] == pytest.approx(sea["r"], rel=0.35)
+    missed = np.sqrt(spectra.mean_square) * (1e3, 1e3, 0.5)  # nobody foretold surge and sway
+    unlike = SimpleNamespace(mean_square=missed**2)
+    monkeypatch.setattr(searched, "spread_of", lambda _: np.sqrt(spectra.mean_square))
+    monkeypatch.setattr(searched, "spectra_of", lambda _: unlike)
+    assert searched._spectra_near(fit) is unlike
+    unlike.mean_square[2] *= 9.0
+    assert searched._spectra_near(fit) is None
 
 
 def test_sensors_so_good_that_the_swell_is_a_thousand_times_their_noise_show_it():

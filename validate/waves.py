@@ -51,7 +51,8 @@ GRAVITY = 9.81
 BREAKING = 0.44 * GRAVITY
 #: Waves shorter than this share of a vessel's length push one way here and the other there, and do not move it.
 SHORTEST = 0.25
-#: Nothing is made of a band where u, v, r are missed by more than this share of their variance, on average.
+#: Nothing is made of a band where u, v, r, of which the model predicts them, are missed by more than this share of
+#: their variance, on average.
 TOO_FAR = 1.0
 _UNITS = {"u": "m/s²", "v": "m/s²", "r": "rad/s²"}
 
@@ -91,7 +92,8 @@ def _spectra_near(fitted: Fitted) -> Spectra | None:
     spectra = spectra_of(fitted)
     if spectra is None:
         return None
-    missed = float(np.mean(spectra.mean_square / spread_of(fitted.problem.stretches) ** 2))
+    predicted = [c in fitted.solution.structure.model.predicts for c in CHANNELS]
+    missed = float(np.mean((spectra.mean_square / spread_of(fitted.problem.stretches) ** 2)[predicted]))
     return spectra if missed < TOO_FAR else None
 
 
