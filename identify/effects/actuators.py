@@ -94,7 +94,8 @@ _FORMS: tuple[dict[str, object], ...] = (
 
 ACTUATOR_DEADBAND = Effect(
     "actuator_deadband", "actuator",
-    "play: a follows within ± width; neutral: a = 0 for |input| ≤ width",
+    "play: a follows within ± width; neutral: a = 0 for |input| ≤ width, and outside the input, or (shifted) the input "
+    "less ± width",
     "Backlash in the linkage, or no response near zero.",
     "Move the actuator by hand; small steps to both sides.",
     "Fossen 2011, sec. 12.3",

@@ -56,7 +56,7 @@ def _walking(setting: Setting) -> list[Variant]:
 
 PROPELLER_WALK = Effect(
     "propeller_walk", "propulsion",
-    "v̇ += Y n|n|, ṙ += N n|n|",
+    "v̇ += Y n|n|, ṙ += N n|n|; of one propeller or thruster, or of the sum over all",
     "A propeller pushes the stern sideways, the more the harder it turns.",
     "Straight runs at several rates of revolution with the rudder at zero; going astern.",
     "Yasukawa and Yoshimura 2015, sec. 2.4; Carlton 2012, ch. 11",
@@ -66,7 +66,7 @@ PROPELLER_WALK = Effect(
 
 THRUST_FADE = Effect(
     "thrust_fade", "propulsion",
-    "thrust × (1 − rate · campaign time)",
+    "thrust × (1 − rate · campaign time), which begins with the first log",
     "Thrust falls in the course of the day: the battery's voltage sags, the motors warm up.",
     "Battery voltage against time; repeat the first run at the end of the day.",
     "measured on electric vessels without speed control",
@@ -82,7 +82,7 @@ def _loss(_: Setting, __: Variant) -> dict[str, Term]:
 
 THRUST_LOSS_WITH_SPEED = Effect(
     "thrust_loss_with_speed", "propulsion",
-    "u̇ −= c |n| u",
+    "u̇ −= c |n| u; |n| summed over propellers and thrusters",
     "A propeller gives less thrust the faster the water comes to it.",
     "Runs at one speed with two loads (towing, wind), or acceleration from rest at full power.",
     "Fossen 2011, eq. 9.7; Yasukawa and Yoshimura 2015, eq. 22",
