@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,9 +60,8 @@ class Unlogged:
 
     ``answers``: per stretch (m, 2, K), what its samples would show of each shape in the ``windows``, in their units;
     ``phased`` (m, 2, I) and ``rounded`` (m, 2, R) likewise of inputs that are entered as old each time, and of their
-    rounding, None where that counts for nothing; ``blown`` (m, 2, G) of the
-    gusts of a wind that nothing measured, whose variance is the share ``gusty`` of the largest; ``pushed`` (m, 2, P) of
-    pushes and drifts of the sizes ``pushes``.
+    rounding, None where that counts for nothing; ``blown`` (m, 2, G) of the gusts of a wind that nothing measured,
+    whose variance is the share ``gusty`` of the largest; ``pushed`` (m, 2, P) of pushes and drifts of the ``pushes``.
     """
 
     structure: Structure
@@ -127,10 +127,14 @@ def _blown(problem: Problem, structure: Structure, p: FloatArray) -> tuple[Float
     return _of_all(problem, structure, p, gusts_of)
 
 
-def _with_phases(problem: Problem, known: Unlogged) -> Unlogged:
-    """The same with inputs that are entered as old each time; as it is where all are logged very often."""
+def _with_phases(problem: Problem, known: Unlogged, raw: Sequence[FloatArray] | None = None) -> Unlogged:
+    """The same with inputs that are entered as old each time, where all are not logged very often.
+
+    As it is where that could not account for one in ten of the squared errors ``raw``.
+    """
     phased = _of_all(problem, known.structure, known.p, phases_of)
-    return replace(known, phased=phased) if phased[0].shape[2] else known
+    some = phased[0].shape[2] and (raw is None or _accounts(problem, phased, raw))
+    return replace(known, phased=phased) if some else known
 
 
 def _with_rounding(problem: Problem, known: Unlogged) -> Unlogged:
@@ -169,7 +173,7 @@ def most_likely(
         most = _with_gusts(problem, most, raw)
     most = with_pushes(problem, most, pushes)
     known, gain = _believed(problem, most, raw)
-    for beside in (_with_phases, _with_rounding) if asked else (_with_rounding,):
+    for beside in (partial(_with_phases, raw=raw), _with_rounding)[not asked :]:
         other = beside(problem, most)
         found, more = (known, gain) if other is most else _believed(problem, other, raw)
         if more > gain + BELIEVED:

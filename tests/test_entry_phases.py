@@ -43,7 +43,7 @@ def test_inputs_that_are_entered_late_by_another_time_in_each_log_leave_a_clean_
 
 def test_without_it_they_would_not(monkeypatch):
     prepared, _ = sailed()
-    monkeypatch.setattr("identify.unlogged._with_phases", lambda _, known: known)
+    monkeypatch.setattr("identify.unlogged._with_phases", lambda _, known, raw=None: known)
     fitted = fit_from_scratch(prepared.structure, prepared.identify)
     assert fitted.chi2_per_dof > 1.05
 

@@ -49,7 +49,7 @@ def within_samples(fitted: Fitted, wide: Structure) -> list[dict[str, float]]:
     effect, names = wide.actives[-1].effect, wide.actives[-1].variant.inputs
     own = [s.parameter for s in wide.slots if s.effect == len(wide.actives) - 1]
     known = fitted.problem.unlogged
-    if known is None or not known.share or not names or len(own) != 1 or own[0].unit != "s":
+    if known is None or not (known.share or known.phased) or not names or len(own) != 1 or own[0].unit != "s":
         return []
     apart = max(s.inputs[n].sample_time for s in fitted.problem.stretches for n in names)
     per = effect.input_delay({own[0].name: 1.0}) if effect.input_delay else 1.0
