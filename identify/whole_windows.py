@@ -55,10 +55,10 @@ def _over_whole_logs(fitted: Fitted) -> Fitted:
         return fitted
     found = as_a_whole(fitted)
     at_noise = found is not None and found.chi2_per_dof < NEAR and found.problem.inflation.max() < NEAR
-    return found if found and at_noise and _as_quick(found, fitted) else fitted
+    return found if found and at_noise and as_quick(found, fitted) else fitted
 
 
-def _as_quick(whole: Fitted, fitted: Fitted) -> bool:
+def as_quick(whole: Fitted, fitted: Fitted) -> bool:
     """Whether errors over whole logs are no slower than over windows, positions among them.
 
     What adds up over a log (a rudder logged to a tenth of a degree) is no noise of the sensors, and parameters bend to

@@ -50,17 +50,21 @@ def test_whole_unseen_logs_that_values_do_not_predict_are_owned_up_to(monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("own", "shown", "left"),
-    [(1.0, 4.0, {"v": 0.5}), (1.0, 1.05, {}), (1.4, 4.0, {}), (1.0, None, {}), (None, 4.0, {})],
-    ids=["not followed", "at the noise", "own off as well", "run away", "own run away"],
-)
+    ("own", "shown", "quick", "left"),
+    [
+        (1.0, 4.0, True, {"v": 0.5}), (1.0, 1.05, True, {}), (1.4, 4.0, True, {}), (1.0, None, True, {}),
+        (None, 4.0, True, {}), (1.0, 4.0, False, {}),
+    ],
+    ids=["not followed", "at the noise", "own off as well", "run away", "own run away", "own slow as a whole"],
+)  # fmt: skip
 def test_whole_unseen_logs_that_no_values_follow_while_the_fit_s_own_are_at_the_noise_are_left(
-    monkeypatch, own, shown, left
+    monkeypatch, own, shown, quick, left
 ):
     """A rich model bends to what is missing; first states that are free in every window hide how far."""
     prepared = SimpleNamespace(identify=("log",), validate=("other",))
     monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole_fit(own))
     monkeypatch.setattr(verdict, "with_wander_anew", lambda found: found)
+    monkeypatch.setattr(verdict, "as_quick", lambda *_: quick)
     for name in ("on_other_logs", "with_other_logs"):
         monkeypatch.setattr(verdict, name, lambda *_: whole_fit(shown))
     monkeypatch.setattr(verdict, "structured_share", lambda *_: {"v": 0.5})
@@ -73,6 +77,7 @@ def test_whole_unseen_logs_are_held_against_a_drift_as_the_fit_s_own_show_it_as_
     whole, told, asked = whole_fit(1.0), whole_fit(1.0), []
     monkeypatch.setattr(verdict, "as_a_whole", lambda _: whole)
     monkeypatch.setattr(verdict, "with_wander_anew", lambda found: told if found is whole else None)
+    monkeypatch.setattr(verdict, "as_quick", lambda *_: True)
     monkeypatch.setattr(verdict, "on_other_logs", lambda found, _: asked.append(found) or whole_fit(1.0))
     assert verdict._left_over_whole_unseen(prepared, WindowedFit(1.0, Windows(30.0))) == {}
     assert len(asked) == 1 and asked[0] is told

@@ -14,7 +14,7 @@ from identify.parameter_covariance import covariance_of
 from identify.prepare import Prepared
 from identify.report_fit import fitted_effect
 from identify.swell import Swell
-from identify.whole_windows import as_a_whole
+from identify.whole_windows import as_a_whole, as_quick
 from preprocess.cores import side_by_side
 from validate.advice import advice_for
 from validate.became import Became, became
@@ -130,11 +130,15 @@ def _left_over_whole_unseen(prepared: Prepared, fitted: Fitted) -> dict[str, flo
     """What is left on unseen logs as a whole, where the fit's own are at the noise as a whole.
 
     Over windows first states that are free in each may follow what is missing where a rich model's wild values do not;
-    so they do what a receiver is off for longer. Values follow as far as the fit's own logs leave them open.
+    so they do what a receiver is off for longer. Where the errors of the fit's own logs are slower as a whole, gusts or
+    what inputs hide add up over minutes, and unseen logs say no more. Values follow as far as the fit's own logs
+    leave them open.
     """
     own = as_a_whole(fitted) if prepared.validate and not fitted.is_off else None
     own = with_wander_anew(own) if own else None
-    if not _is_near(own, fitted) or _is_near(shown := on_other_logs(own, prepared.validate), fitted):
+    if not _is_near(own, fitted) or not as_quick(own, fitted):
+        return {}
+    if _is_near(shown := on_other_logs(own, prepared.validate), fitted):
         return {}
     followed = with_other_logs(own, prepared.validate) if shown else None
     return structured_share(followed, prepared.identify, _as_near(fitted)) if followed else {}
