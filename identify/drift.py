@@ -1,10 +1,10 @@
 """A sensor whose errors wander: what of it is known is taken off as it comes (``identify.innovations``).
 
 A satellite receiver's errors drift beside their white part (first-order Gauss-Markov; or smoothly, critically damped of
-second order, where its filter leaves them so). The smoother has told the drift
-from the motion (``preprocess.wander``), whatever model there is; a compass's and a gyro's tell each other
-(``preprocess.compass``), a velocity's the positions (``preprocess.receiver``). Against the motion of an agile vessel a
-small one shows only in the errors of a fit that is near the noise (``identify.wander``).
+second order, where its filter leaves them so). The smoother has told the drift from the motion
+(``preprocess.wander``), whatever model there is; a compass's and a gyro's tell each other (``preprocess.compass``), a
+velocity's and a position's likewise (``preprocess.receiver``). Against the motion of an agile vessel a small one shows
+only in the errors of a fit that is near the noise (``identify.wander``).
 """
 
 from __future__ import annotations

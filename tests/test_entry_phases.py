@@ -21,10 +21,9 @@ LATE = ((0.01, 0.09), (0.08, 0.03), (0.05, 0.0))
 
 
 @cache
-def sailed(alike=False):
+def sailed():
     ship, trials = trials_of("catamaran", ("zigzag", "random", "zigzag10"), 80.0, 3, (), suite=SUITE)
-    late = (LATE[0],) * len(trials) if alike else LATE
-    trials = [entered(t, each) for t, each in zip(trials, late, strict=True)]
+    trials = [entered(t, each) for t, each in zip(trials, LATE, strict=True)]
     prepared = prepare(trials, ship.model)
     return prepared, fit_from_scratch(prepared.structure, prepared.identify)
 
