@@ -22,7 +22,8 @@ _COMPILED = {"cache": True, "nogil": True, "error_model": "numpy"}
 class Before:
     """What an input was before a stretch: values (m,), and how long each held, s (m,), the last until it begins.
 
-    ``begin``, -1 to 1 of its width, is where in its slack a linkage was at first.
+    ``begin`` is where it was when it was first told anything: a linkage in its slack, -1 to 1 of its width; what
+    follows late, so far from what it was told, in the input's unit.
     """
 
     told: FloatArray
@@ -103,11 +104,11 @@ def _both(share, before, after):
 
 
 @njit(**_COMPILED)
-def _followed(series, surge, dt, limit, at_a_rate, told, lasted):
-    """The command followed at a limited rate, or with a lag; settled when it was first told anything."""
+def _followed(series, surge, dt, limit, at_a_rate, told, lasted, begin):
+    """The command followed at a limited rate, or with a lag, from ``begin`` off what it was first told."""
     out, more = np.empty_like(series), np.empty_like(series)
     held = series[0]
-    value = told[0] if told.shape[0] else held
+    value = (told[0] if told.shape[0] else held) + begin
     for i in range(told.shape[0]):
         value, _, _ = _on(value, told[i], lasted[i], limit, at_a_rate, _kept(lasted[i], limit, at_a_rate))
     whole = _kept(dt, limit, at_a_rate)
@@ -132,17 +133,24 @@ def first_order(
     time_constant: float,
     told: FloatArray,
     lasted: FloatArray,
+    begin: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Response of a first-order lag; settled when it was first told anything."""
-    out, more = _followed(series, surge, dt, time_constant, False, told, lasted)
+    """Response of a first-order lag, ``begin`` off when it was first told anything."""
+    out, more = _followed(series, surge, dt, time_constant, False, told, lasted, begin)
     return out, more
 
 
 def rate_limited(
-    series: FloatArray, surge: FloatArray, dt: float, rate: float, told: FloatArray, lasted: FloatArray
+    series: FloatArray,
+    surge: FloatArray,
+    dt: float,
+    rate: float,
+    told: FloatArray,
+    lasted: FloatArray,
+    begin: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Follow the command no faster than ``rate`` per second; settled when it was first told anything."""
-    out, more = _followed(series, surge, dt, rate, True, told, lasted)
+    """Follow the command no faster than ``rate`` per second, ``begin`` off when it was first told anything."""
+    out, more = _followed(series, surge, dt, rate, True, told, lasted, begin)
     return out, more
 
 

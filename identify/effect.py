@@ -176,6 +176,8 @@ class Effect:
         ``lasting(values, change) -> s`` for which the actuator still answers to a change of its input by so much.
     begins : callable
         ``begins(options)``: whether nothing says where the actuator is as a log begins: ``before.begin`` must be found.
+    on_its_way : bool
+        Whether the actuator may be on its way as a log begins: ``before.begin`` off what it was told, in its unit.
     stepwise : callable
         ``stepwise(options)``: whether its first parameter is a size that the input passes or not, and nothing changes
         between two values that the input has.
@@ -221,6 +223,7 @@ class Effect:
     actuator: Callable[[Values, Acting, float, Mapping[str, object], Before], Acting] | None = None
     lasting: Callable[[Values, float], float] | None = None
     begins: Callable[[Mapping[str, object]], bool] | None = None
+    on_its_way: bool = False
     stepwise: Callable[[Mapping[str, object]], bool] | None = None
     bends: Callable[[Mapping[str, object]], bool] | None = None
     rewire: Callable[[Mapping[str, object], dict[str, FloatArray]], dict[str, FloatArray]] | None = None

@@ -15,7 +15,7 @@ from identify.effect import Active, Variant
 from identify.effects.actuators import ACTUATOR_DEADBAND
 from identify.predict import free_run
 from identify.prepare import prepare
-from validate.begins import begun_in
+from validate.unseen_begins import begun_in
 
 WIDTH, CUT = 0.12, 21.0
 

@@ -25,7 +25,6 @@ from identify.richer_model import richer_model
 from identify.whole_windows import sharpest, steadied
 from preprocess.cores import side_by_side
 from preprocess.trial import Trial
-from validate.begins import begun_in
 from validate.borne_out import borne_out, rewired
 from validate.carried import carried_tables
 from validate.diagnosis import MATERIALITY, Diagnosis, Validation
@@ -39,6 +38,7 @@ from validate.search_in_waves import in_known_waves, searched
 from validate.sure import surely
 from validate.swell import needs_waves, seen_waves, without_waves
 from validate.tables import actuator_tables, prediction_tables
+from validate.unseen_begins import begun_in
 from validate.verdict import diagnose
 
 Progress = Callable[[str, str, float], None]

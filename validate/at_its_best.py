@@ -12,11 +12,18 @@ from identify.noise import recalibrated
 from identify.ridge import with_likeliest_ridge
 from identify.structure import effects_alone
 from identify.taken_order import in_order_taken
+from validate.on_its_way import on_its_way
 from validate.refits import under
+from validate.swapped_times import with_times_swapped
 
 
 def settled(fitted: Fitted) -> Fitted:
-    """The fit after an effect was taken, at its best: from where it is, or anew with the effects' values kept.
+    """The fit after an effect was taken, at its best, slow actuators as they began, and on their side of the hull."""
+    return with_times_swapped(on_its_way(_settled(fitted)))
+
+
+def _settled(fitted: Fitted) -> Fitted:
+    """The fit at its best from where it is, or anew with the effects' values kept.
 
     What runs away under its own weights stays as it was, unless it comes nearer anew.
     """

@@ -19,6 +19,7 @@ from validate.each_input import on_each_input
 from validate.exchange import as_good_as_declared, at_likeliest_speed, likelier
 from validate.finalists import astray
 from validate.nearer import HALF, as_near, came_there, clearly_nearer, nearer_in_windows_alike, worth_another
+from validate.on_its_way import on_its_way
 from validate.outcome import Outcome, all_standing
 from validate.pace import Pace
 from validate.pairs import two_for_one
@@ -26,6 +27,7 @@ from validate.preferred_wiring import Otherwise, preferred_wiring, wired_otherwi
 from validate.pruning import pruned
 from validate.refined import refined
 from validate.rounds import MOST_EFFECTS, Turn, rounds
+from validate.swapped_times import with_times_swapped
 from validate.swell import with_waves_known
 from validate.wiring import Wiring
 from validate.within import ALL, First, GivenUp, Within
@@ -169,7 +171,7 @@ def _no_nearer(found: Fitted, near: Fitted) -> bool:
 
 def _ended(fine: Fitted, turns: list[Turn], wiring: Wiring | None, pace: Pace, within: Within) -> Outcome:
     """What rounds came to, without what does not stand, and with what the measurements prefer."""
-    fine = pruned(fine, pace)
+    fine = with_times_swapped(on_its_way(pruned(fine, pace)))
     if wiring and (plain := as_good_as_declared(fine)):
         fine, wiring = pruned(plain, pace), None
     return _exchanged(fine, turns, wiring, pace, within)

@@ -37,8 +37,9 @@ ACTUATOR_LAG = Effect(
     "Step the actuator and film it, or log its feedback.",
     "Fossen 2011, sec. 12.3",
     parameters=(Parameter("time_constant", "s", 0.1, starts=(0.2, 1.0, 5.0), within=partial(_late, 20.0)),),
-    actuator=lambda p, a, dt, _, b: first_order(*a, dt, p["time_constant"], b.told, b.lasted),
+    actuator=lambda p, a, dt, _, b: first_order(*a, dt, p["time_constant"], b.told, b.lasted, b.begin),
     lasting=lambda p, _: 3.0 * p["time_constant"],
+    on_its_way=True,
     variants=_each,
 )  # fmt: skip
 
@@ -71,8 +72,9 @@ ACTUATOR_RATE_LIMIT = Effect(
     parameters=(
         Parameter("rate", "input's unit/s", 0.1, (1e-3, UNLIMITED), UNLIMITED, (0.08, 0.2, 0.4, 0.8), relative=True),
     ),
-    actuator=lambda p, a, dt, _, b: rate_limited(*a, dt, _rate(p), b.told, b.lasted),
+    actuator=lambda p, a, dt, _, b: rate_limited(*a, dt, _rate(p), b.told, b.lasted, b.begin),
     lasting=lambda p, change: change / p["rate"],
+    on_its_way=True,
     variants=_each,
 )  # fmt: skip
 
