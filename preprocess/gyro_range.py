@@ -30,6 +30,8 @@ TELLING, FASTER, CLEAR = 8, 0.15, 6.0
 MEDIAN = 1.2533
 #: Pieces that are farther from their line than so many standard deviations are left out of it, so often.
 FAR, ROUNDS = 3.0, 4
+#: Within its range rates of the heading are so many times a gyro's, or they are late, and say nothing of its range.
+SCALES = 0.5, 2.0
 #: The range of a gyro that shows all.
 EVERYWHERE = (-np.inf, np.inf)
 
@@ -114,7 +116,7 @@ def _ends(turns: _Turns, scatter: float) -> tuple[float, float]:
     low, high = -_end(-turns.gyro, near), _end(turns.gyro, near)
     inside = (turns.least > low + scatter) & (turns.greatest < high - scatter)
     line = _line(turns.gyro[inside], turns.heading[inside])
-    if line is None:
+    if line is None or not SCALES[0] < line.line[0] < SCALES[1]:
         return EVERYWHERE
     lowest, highest = (turns.heading[np.abs(turns.gyro - end) < near] for end in (low, high))
     return (
